@@ -1,0 +1,64 @@
+#pragma once
+// The document is a value (architecture idea 3): a small map of immutable, shared entities. Applying an
+// operation yields a new document that shares all the rest; on refusal there is none, so a refused operation
+// changes nothing.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/result.h"
+#include "proto/operation.pb.h"
+#include "server-model/model/entity.h"
+#include "server-model/model/limits.h"
+
+namespace handloft::model {
+
+struct Document {
+  using Entities = std::map<std::string, EntityPtr, std::less<>>;
+  using Ids = std::set<std::string, std::less<>>;
+
+  Entities entities;
+  std::shared_ptr<const Ids> used_ids =
+      std::make_shared<const Ids>();  ///< Alive or deleted: never given again.
+  std::uint64_t next_shape = 1;       ///< For "shape-N".
+
+  /// Null when there is none of that id.
+  EntityPtr find(std::string_view id) const;
+};
+
+/// What differs between two documents, by identity of the entities: ids in ascending order.
+struct Changes {
+  std::vector<std::string> created, changed, removed;
+  bool empty() const { return created.empty() && changed.empty() && removed.empty(); }
+  /// Created, changed and removed together, ascending.
+  std::vector<std::string> all() const;
+};
+Changes difference(const Document& before, const Document& after);
+
+struct ApplyContext {
+  Limits limits;
+};
+
+struct ApplyResult {
+  Document document;
+  Changes changes;
+  handloft::v1::Operation
+      effective;      ///< With ids and stroke numbers resolved: what the log stores, and replays alike.
+  std::string words;  ///< For history: "Add 120 points to Top".
+  std::vector<std::string> notes;  ///< Warnings for a person: degree lowered (A7), plane drifted (A10).
+};
+
+/// Applies one operation of the document. Undo, redo (Model) and export, and an import whose file has not
+/// been read (session), are answered with failed_precondition. Any bytes that parse as an Operation may be
+/// passed: bad ones are refused with the field's path, never crash and never leave NaN behind. Cost: O(size
+/// of the operation), for fits O(points).
+Result<ApplyResult> apply(const Document& document, const handloft::v1::Operation& operation,
+                          const ApplyContext& context = {});
+
+}  // namespace handloft::model

@@ -1,0 +1,28 @@
+#pragma once
+// How large a document may grow. Every operation is checked against these, so that no client, script or file
+// can make the server allocate without bound (F2 in the reliability figures).
+
+#include <cstddef>
+#include <cstdint>
+
+namespace handloft::model {
+
+struct Limits {
+  std::size_t max_entities = 4096;   ///< Alive at one time.
+  std::size_t max_used_ids = 65536;  ///< Ids are never reused, so the used ones are remembered.
+  std::size_t max_id_bytes = 64;     ///< As operation.proto promises.
+  std::size_t max_name_bytes = 256;  ///< UTF-8; shown in one line.
+  std::size_t max_points_per_operation = 1'000'000;
+  std::size_t max_points_per_shape = 2'000'000;
+  std::uint32_t max_strokes_per_shape = 1'000'000;
+  std::size_t max_points_per_query = 2'000'000;
+  double max_coordinate_m = 1e4;            ///< 10 km: beyond any workspace; keeps squares far from overflow.
+  double min_superellipse_exponent = 0.2;   ///< A22
+  double max_superellipse_exponent = 20.0;  ///< A22
+  std::uint32_t max_degree = 6;             ///< A4
+  std::uint32_t default_degree = 2;         ///< A4: what degree 0 in CreateDualShape means.
+  std::size_t max_history_steps = 10'000;   ///< Oldest steps are forgotten first.
+  std::size_t max_provisional = 64;         ///< Gestures in the air at one time.
+};
+
+}  // namespace handloft::model

@@ -1,0 +1,94 @@
+#pragma once
+// A model: one document, its history, and the gestures in the air. The one thing that the script runner and
+// the server both drive. Not thread-safe: one thread (or strand) owns a model; queries cost reading, so copy
+// `document()` (cheap) to look at it elsewhere.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/result.h"
+#include "proto/operation.pb.h"
+#include "proto/query.pb.h"
+#include "server-model/model/document.h"
+#include "server-model/model/history.h"
+#include "server-model/model/provisional.h"
+
+namespace handloft::model {
+
+/// What came of an operation.
+struct Submitted {
+  std::uint64_t sequence = 0;  ///< Place in the total order; 0: accepted, but nothing changed.
+  Changes changes;             ///< Of the document.
+  handloft::v1::Operation
+      effective;  ///< For the log; replaying the effective operations gives the same hash.
+  std::string words;
+  std::vector<std::string> notes;
+  std::vector<std::string> cancelled_gestures;  ///< In words: gestures that could not live on the new base.
+};
+
+using ProvisionalId = std::uint64_t;
+
+class Model {
+ public:
+  explicit Model(Document initial = {}, ApplyContext context = {});
+
+  /// Applies one operation, undo and redo among them. An operation with the client_id and a client_op_id (not
+  /// 0) of an earlier one is answered as that one was and applied no second time (the last 1024 are
+  /// remembered). Export, and imports whose file is not read yet, are for the session: failed_precondition.
+  Result<Submitted> submit(const handloft::v1::Operation& operation);
+
+  Result<handloft::v1::QueryResult> query(const handloft::v1::Query& query) const;
+
+  // --- gestures
+  // -----------------------------------------------------------------------------------------------
+  /// Ids count from 1. resource_exhausted beyond Limits::max_provisional.
+  Result<ProvisionalId> begin_provisional(const handloft::v1::Operation& operation);
+  Status append_provisional(ProvisionalId id, std::span<const handloft::v1::Point> points);
+  Status update_provisional(ProvisionalId id, const handloft::v1::Operation& operation);
+  /// Applies the gesture as one operation, as submit() does. The gesture is gone afterwards, refused or not.
+  Result<Submitted> commit_provisional(ProvisionalId id);
+  /// The base was never touched, so this only forgets. False: no such gesture (it may have been cancelled).
+  bool cancel_provisional(ProvisionalId id);
+  /// Null: no such gesture.
+  const Provisional* provisional(ProvisionalId id) const;
+  bool has_provisional() const { return !provisional_.empty(); }
+
+  // --- what there is
+  // ------------------------------------------------------------------------------------------
+  const Document& document() const { return history_.current(); }
+  /// The document with the gestures in the air on top; the later gesture wins on an entity that two of them
+  /// change.
+  Document preview() const;
+  /// True when a gesture in the air has changed (or made) this entity.
+  bool is_provisional(std::string_view entity) const;
+  const History& history() const { return history_; }
+  std::uint64_t sequence() const { return sequence_; }
+  /// Grows with every change of the entity, provisional ones, cancelled ones, undo and redo too; 0: never
+  /// seen.
+  std::uint64_t revision(std::string_view entity) const;
+  const Limits& limits() const { return context_.limits; }
+
+ private:
+  Result<Submitted> submit_new(const handloft::v1::Operation& operation);
+  Result<Submitted> step_history(const handloft::v1::Operation& operation);
+  void touch(const Changes& changes);
+  void remember(const handloft::v1::Operation& operation, const Submitted& submitted);
+  std::vector<std::string> rebase_provisional();
+
+  ApplyContext context_;
+  History history_;
+  std::map<ProvisionalId, Provisional> provisional_;
+  ProvisionalId next_provisional_ = 1;
+  std::uint64_t sequence_ = 0;
+  std::uint64_t revision_counter_ = 0;
+  std::map<std::string, std::uint64_t, std::less<>> revisions_;
+  std::map<std::pair<std::uint64_t, std::uint64_t>, Submitted> answered_;
+  std::deque<std::pair<std::uint64_t, std::uint64_t>> answered_order_;
+};
+
+}  // namespace handloft::model

@@ -1,0 +1,49 @@
+#pragma once
+// A gesture in the air (architecture idea 2): an operation under construction, evaluated against the
+// unchanged base document. Points are appended in O(new points); when the base changes beneath it, it is
+// evaluated anew.
+
+#include <span>
+#include <string>
+
+#include "common/base/result.h"
+#include "server-model/model/document.h"
+
+namespace handloft::model {
+
+class Provisional {
+ public:
+  /// Evaluates `operation` on `base`; what apply() refuses is refused.
+  static Result<Provisional> begin(Document base, handloft::v1::Operation operation,
+                                   ApplyContext context = {});
+
+  /// Only while the operation is add_points: more points of the same stroke. Equal to beginning with all
+  /// points at once, to the bit. On refusal nothing changes.
+  Status append(std::span<const handloft::v1::Point> points);
+
+  /// Replaces the operation by another one, evaluated on the same base. On refusal nothing changes.
+  Status update(handloft::v1::Operation operation);
+
+  /// Evaluates anew on another base. On refusal (its entity is gone, its stroke number was taken) nothing
+  /// changes.
+  Status rebase(Document base);
+
+  const handloft::v1::Operation& operation() const {
+    return operation_;
+  }  ///< As asked for, with all points so far.
+  const Document& base() const { return base_; }
+  const Document& result() const { return applied_.document; }  ///< The base with the gesture so far.
+  const ApplyResult& applied() const {
+    return applied_;
+  }  ///< `effective` is not kept up to date by append().
+
+ private:
+  Provisional(Document base, handloft::v1::Operation operation, ApplyContext context, ApplyResult applied);
+
+  Document base_;
+  handloft::v1::Operation operation_;
+  ApplyContext context_;
+  ApplyResult applied_;
+};
+
+}  // namespace handloft::model

@@ -1,0 +1,28 @@
+#pragma once
+// The Export operation: fitted shapes of a document to a STEP, glTF or OBJ file (A26). Nothing in the
+// document changes.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/base/result.h"
+#include "proto/operation.pb.h"
+#include "server-model/model/document.h"
+#include "server-model/session/resolve_operation.h"
+
+namespace handloft::model {
+
+struct Exported {
+  std::filesystem::path path;
+  std::vector<std::string> entities;  ///< Written, ascending.
+  std::vector<std::string> notes;
+};
+
+/// Writes to a temporary file beside the target and renames it, so that a full disk leaves an old file
+/// intact. Errors: not_found (entity), failed_precondition (not fitted, or nothing fitted), unsupported
+/// (unknown extension), io, permission_denied.
+Result<Exported> export_document(const Document& document, const handloft::v1::Export& request,
+                                 const FileAccess& files);
+
+}  // namespace handloft::model
