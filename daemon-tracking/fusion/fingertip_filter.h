@@ -1,0 +1,81 @@
+#pragma once
+// One fingertip as an extended Kalman filter (T7): state position and velocity, world frame, m and m/s.
+// Motion: the velocity decays with a time constant and is shaken by white acceleration (an integrated
+// Ornstein-Uhlenbeck process, its exact discrete covariance). Measurement: a pixel in one camera. A plain
+// value: copying it is saving it.
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "common/base/clock.h"
+#include "daemon-tracking/vision/camera_model.h"
+
+namespace handloft::tracking {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+inline constexpr int max_cameras = 16;
+
+struct FingertipFilterOptions {
+  double velocity_decay_s = 1.0;        ///< Time constant of the velocity.
+  double acceleration_density = 3.0;    ///< (m/s^2)/sqrt(Hz): a hand at 200 mm/s turning within 0.1 s.
+  double initial_velocity_sigma = 0.3;  ///< m/s, a reaching hand.
+  double max_step_s = 0.1;              ///< Longer gaps count as this in the process noise (t^3 grows fast).
+  double max_speed_m_s = 6.0;           ///< Faster is no hand: reset.
+  double max_sigma_m = 0.25;            ///< Position known worse than this: reset.
+};
+
+class FingertipFilter {
+ public:
+  bool alive() const { return alive_; }
+  void kill() { alive_ = false; }
+  /// Starts at a triangulated point with unknown velocity.
+  void start(TimePoint time, const Eigen::Vector3d& position_m, const Eigen::Matrix3d& covariance,
+             const FingertipFilterOptions& options);
+
+  /// Carries the state to `time` (never backwards). Kills the filter when it is no longer finite or sensible.
+  void predict(TimePoint time, const FingertipFilterOptions& options);
+
+  /// What a camera would measure now: pixel and innovation covariance without the blob's own. nullopt when
+  /// the point is not in front of the camera.
+  struct Expected {
+    Eigen::Vector2d pixel;
+    Eigen::Matrix2d covariance;
+    Eigen::Matrix<double, 2, 3> jacobian;  ///< d pixel / d world position
+  };
+  std::optional<Expected> expected(const CameraModel& camera,
+                                   const Eigen::Isometry3d& world_from_camera) const;
+
+  /// Updates with a pixel and its covariance (Joseph form). Returns the normalised innovation squared.
+  double update(const Expected& expectation, const Eigen::Vector2d& pixel, const Eigen::Matrix2d& covariance,
+                std::uint32_t camera, TimePoint time);
+
+  TimePoint time() const { return time_; }
+  const Vector6d& mean() const { return mean_; }
+  const Matrix6d& covariance() const { return covariance_; }
+  Eigen::Vector3d position() const { return mean_.head<3>(); }
+  Eigen::Vector3d velocity() const { return mean_.tail<3>(); }
+  /// Cameras that contributed within `within` before `time`.
+  std::uint32_t cameras_within(TimePoint time, Duration within) const;
+  TimePoint last_update() const { return last_update_; }
+
+  int gated_running = 0;  ///< Refusals since the last update; kept by the hand filter
+
+  /// The exact transition and process covariance over `dt_s`.
+  static void motion(double dt_s, const FingertipFilterOptions& options, Matrix6d& transition,
+                     Matrix6d& noise);
+
+ private:
+  bool alive_ = false;
+  TimePoint time_;
+  TimePoint last_update_;
+  Vector6d mean_ = Vector6d::Zero();
+  Matrix6d covariance_ = Matrix6d::Identity();
+  std::array<std::int64_t, max_cameras> seen_ns_{};  ///< Last update per camera; 0: never
+};
+
+}  // namespace handloft::tracking

@@ -1,0 +1,57 @@
+#pragma once
+// AprilTag 36h11 tracking in one camera's luma (T5; E. Olson, ICRA 2011; Wang and Olson, IROS 2016). While
+// tags are tracked, only regions around where this camera's own past detections say they are going are
+// searched, at full resolution: cropping, not decimation, is what makes it cheap. The whole frame is searched
+// (at half resolution, its finds refined) when nothing is tracked and every so many frames. One detector per
+// camera and one thread per detector: the library's own workers race (AprilRobotics/apriltag#387).
+
+#include <memory>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/result.h"
+#include "daemon-tracking/vision/image_decode.h"
+#include "daemon-tracking/vision/observation.h"
+
+namespace handloft::tracking {
+
+struct TagTrackerOptions {
+  std::vector<int> known_ids;         ///< Others are ignored; at most 64.
+  double min_decision_margin = 30.0;  ///< PhotonVision's advice: 30 to 35.
+  int max_hamming = 1;                ///< 36h11 corrects more, at the price of false tags.
+  double min_edge_px = 20.0;          ///< Below, corners are worth little and bits are a handful of pixels.
+  double border_px = 3.0;             ///< A tag this near the border may have a cut corner.
+  int whole_frame_every =
+      30;  ///< Frames between two searches for tags that came into view, about one second.
+  int whole_frame_when_lost_every = 3;  ///< The same while a tag that was seen is missing, or none is seen.
+  double search_decimation = 2.0;       ///< Of the whole-frame search only; larger loses half of all tags.
+  double roi_growth =
+      0.35;  ///< Region: the tag's predicted box grown by this share of its size on each side,
+  double roi_margin_px = 8.0;  ///< plus this, plus the motion since the last detection.
+};
+
+class TagTracker {
+ public:
+  /// Fails with invalid_argument for more than 64 known ids or options out of range.
+  static Result<TagTracker> create(const TagTrackerOptions& options);
+  ~TagTracker();
+  TagTracker(TagTracker&&) noexcept;
+  TagTracker& operator=(TagTracker&&) noexcept;
+
+  struct Found {
+    std::vector<TagDetection> tags;  ///< Sorted by id; each id once (the one with the larger margin).
+    bool searched_whole_frame = false;
+  };
+  /// Deterministic in the sequence of calls. Pictures smaller than 16 pixels on a side give no tags.
+  Found track(const Plane& luma, TimePoint capture_time);
+
+  /// Forgets all tracks: the next call searches the whole frame.
+  void reset();
+
+ private:
+  struct State;
+  explicit TagTracker(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace handloft::tracking
