@@ -1,0 +1,82 @@
+#pragma once
+// Listens, shakes hands (Hello/Welcome, PROTOCOL.md "Handshake") and runs one Connection a peer. A peer that
+// sends something malformed, unknown or too large gets Failure{closing} and is closed; the others don't
+// notice.
+
+#include <boost/asio/any_io_executor.hpp>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/base/clock.h"
+#include "common/base/log.h"
+#include "common/base/result.h"
+#include "common/net/connection.h"
+#include "common/net/endpoint.h"
+
+namespace handloft::net {
+
+inline constexpr std::uint32_t protocol_major = 1;
+inline constexpr std::uint32_t protocol_minor = 0;
+
+struct ServerOptions {
+  std::string program = "handloft";  ///< In the Welcome: "handloft-modeld 0.1.0".
+  std::uint32_t max_frame_bytes = default_max_frame_bytes;
+  std::chrono::milliseconds hello_timeout{5000};  ///< A peer that has not said hello by then is closed.
+  std::size_t max_connections = 256;  ///< With those in the handshake; more are refused with a reason.
+  std::size_t max_half_open = 64;     ///< Peers in the handshake at a time.
+  OutboxLimits outbox;
+  /// The kernel's buffer for each peer: what a slow reader still gets of the past before the newest. 0: the
+  /// system's.
+  int send_buffer_bytes = 256 << 10;
+  TcpExposure tcp_exposure = TcpExposure::loopback_only;
+};
+
+enum class OverflowAction {
+  close,   ///< The peer gets Failure resource_exhausted and is closed.
+  reseed,  ///< The callback has queued a whole new state.
+};
+
+/// Callbacks of one connection come one after another (a strand); those of different connections may come at
+/// once when the executor has several threads. Any of them may be empty.
+struct ServerEvents {
+  /// The handshake is done and the Welcome queued; an error refuses the peer with that Failure, and no other
+  /// callback follows.
+  std::function<Status(const ConnectionPtr&)> on_join;
+  /// Every later message but Ping (answered already) and Hello (a violation). An error fails the connection.
+  std::function<Status(const ConnectionPtr&, const v1::Envelope&)> on_message;
+  /// Once for each joined connection; nothing follows. `reason` says why, in words.
+  std::function<void(const ConnectionPtr&, const std::string& reason)> on_closed;
+  /// The outbox was full and has been emptied; send the whole state anew or let go.
+  std::function<OverflowAction(const ConnectionPtr&)> on_overflow;
+};
+
+class MessageServer {
+ public:
+  /// Listens at once; callbacks come from the executor's threads. `clock` (for the Welcome's times) must
+  /// outlive it.
+  static Result<std::unique_ptr<MessageServer>> listen(boost::asio::any_io_executor executor,
+                                                       const Endpoint& endpoint, ServerOptions options,
+                                                       ServerEvents events, const Clock& clock, Logger log);
+  /// stop().
+  ~MessageServer();
+  MessageServer(const MessageServer&) = delete;
+  MessageServer& operator=(const MessageServer&) = delete;
+
+  const Endpoint& endpoint() const;  ///< As bound: with the real port.
+  std::size_t connection_count() const;
+
+  /// Accepts nobody any more, closes every connection (after its queued frames, at most a second) and removes
+  /// the socket file. Returns at once; the executor must go on running for the rest (on_closed comes from
+  /// there).
+  void stop();
+
+ private:
+  struct Implementation;
+  explicit MessageServer(std::shared_ptr<Implementation> implementation);
+  std::shared_ptr<Implementation> implementation_;
+};
+
+}  // namespace handloft::net
