@@ -12,7 +12,8 @@ namespace fs = std::filesystem;
 
 std::optional<fs::path> recording(std::string_view relative_path) {
   const char* from_environment = std::getenv("HANDLOFT_DATA");
-  const fs::path folder = from_environment != nullptr ? fs::path(from_environment) : fs::path("../shared/data");
+  const fs::path folder =
+      from_environment != nullptr ? fs::path(from_environment) : fs::path("../shared/data");
   fs::path file = folder / relative_path;
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return std::nullopt;

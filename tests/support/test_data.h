@@ -27,8 +27,9 @@ class TemporaryDirectory {
 }  // namespace handloft::test
 
 /// Binds `variable` to the path of a recording, or skips the test saying which file is missing.
-#define HANDLOFT_REQUIRE_DATA(variable, relative_path)                                                    \
-  const auto variable##_found = ::handloft::test::recording(relative_path);                               \
-  if (!variable##_found) GTEST_SKIP() << "recording " << (relative_path) << " is not on this machine; "   \
-                                      << "set HANDLOFT_DATA to the folder that holds it";                 \
+#define HANDLOFT_REQUIRE_DATA(variable, relative_path)                             \
+  const auto variable##_found = ::handloft::test::recording(relative_path);        \
+  if (!variable##_found)                                                           \
+    GTEST_SKIP() << "recording " << (relative_path) << " is not on this machine; " \
+                 << "set HANDLOFT_DATA to the folder that holds it";               \
   const std::filesystem::path& variable = *variable##_found
