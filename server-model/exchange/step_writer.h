@@ -1,0 +1,29 @@
+#pragma once
+// STEP (ISO 10303-21) through Open CASCADE: every surface is a true B-spline face (never facets), trimmed at
+// the half-opaque contour by a boundary with curves in the parameter plane (A26, X3), valid by BRepCheck, in
+// millimetres. One product per surface carries its name. Locale-independent; nothing is printed.
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "common/base/result.h"
+#include "server-model/exchange/surface_export.h"
+
+namespace handloft::exchange {
+
+struct StepOptions {
+  std::string author;        ///< FILE_NAME's author; empty leaves it out.
+  std::string organization;  ///< FILE_NAME's organization.
+  /// Largest distance of the boundary from the superellipse's contour, as a fraction of its size: 1e-7 is 10
+  /// nm on a hand-sized part, below STEP readers' usual 1e-7 m.
+  double contour_tolerance = 1e-7;
+};
+
+/// Writes the surfaces to `path`, whole or not at all. Errors: invalid_argument for no surface or one that
+/// makes no valid face ("surfaces[2]"); io as in write_file_atomically(). May be called from any thread;
+/// calls queue, since the library's settings are global.
+Status write_step(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,
+                  const StepOptions& options = {});
+
+}  // namespace handloft::exchange
