@@ -1,0 +1,252 @@
+#include "common/codec/mesh_codec.h"
+
+#include <meshoptimizer.h>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <string_view>
+
+#include <fmt/core.h>
+
+namespace handloft::codec {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "the wire is little-endian, and so is the copy of it");
+
+/// meshoptimizer's vertex codec wants strides that are multiples of four: the fourth component is padding.
+using PackedPosition = std::array<std::uint16_t, 4>;
+using PackedNormal = std::array<std::int8_t, 4>;
+
+constexpr double position_levels = 65535.0;
+constexpr float normal_levels = 127.0F;
+
+Error too_many(std::string_view field, std::size_t found, std::size_t limit) {
+  return make_error(ErrorCode::resource_exhausted, fmt::format("found {}, expected at most {}", found, limit),
+                    std::string(field));
+}
+
+Error wrong(ErrorCode code, std::string_view field, std::string message) {
+  return make_error(code, std::move(message), std::string(field));
+}
+
+bool is_coordinate(double value, const MeshLimits& limits) {
+  return std::isfinite(value) && std::abs(value) <= limits.max_coordinate_m;
+}
+
+Status check_mesh(const MeshData& mesh, const MeshLimits& limits) {
+  constexpr ErrorCode bad = ErrorCode::invalid_argument;
+  const std::size_t count = mesh.positions.size();
+  if (count > limits.max_vertices) return too_many("positions", count, limits.max_vertices);
+  if (mesh.indices.size() > limits.max_indices)
+    return too_many("indices", mesh.indices.size(), limits.max_indices);
+  if (mesh.normals.size() != count) {
+    return wrong(bad, "normals",
+                 fmt::format("found {}, expected one for each of {} positions", mesh.normals.size(), count));
+  }
+  if (mesh.opacity.size() != count) {
+    return wrong(bad, "opacity",
+                 fmt::format("found {}, expected one for each of {} positions", mesh.opacity.size(), count));
+  }
+  if (mesh.indices.size() % 3 != 0) {
+    return wrong(bad, "indices", fmt::format("found {}, expected three a triangle", mesh.indices.size()));
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (!is_coordinate(mesh.positions[i][axis], limits)) {
+        return wrong(bad, fmt::format("positions[{}][{}]", i, axis),
+                     fmt::format("found {}, expected a number within {} m", mesh.positions[i][axis],
+                                 limits.max_coordinate_m));
+      }
+      if (!std::isfinite(mesh.normals[i][axis])) {
+        return wrong(bad, fmt::format("normals[{}][{}]", i, axis),
+                     fmt::format("found {}, expected a number", mesh.normals[i][axis]));
+      }
+    }
+  }
+  for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
+    if (mesh.indices[i] >= count) {
+      return wrong(bad, fmt::format("indices[{}]", i),
+                   fmt::format("found {}, expected less than {} vertices", mesh.indices[i], count));
+    }
+  }
+  return {};
+}
+
+template <typename Packed>
+std::string encode_vertices(const std::vector<Packed>& vertices) {
+  std::string bytes(meshopt_encodeVertexBufferBound(vertices.size(), sizeof(Packed)), '\0');
+  bytes.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(bytes.data()), bytes.size(),
+                                          vertices.data(), vertices.size(), sizeof(Packed)));
+  return bytes;
+}
+
+template <typename Packed>
+bool decode_vertices(const std::string& bytes, std::vector<Packed>& vertices) {
+  return meshopt_decodeVertexBuffer(vertices.data(), vertices.size(), sizeof(Packed),
+                                    reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()) == 0;
+}
+
+}  // namespace
+
+std::array<std::int8_t, 2> encode_octahedral(const std::array<float, 3>& normal) {
+  const float sum = std::abs(normal[0]) + std::abs(normal[1]) + std::abs(normal[2]);
+  if (!(sum > 0.0F) || !std::isfinite(sum)) return {0, 0};
+  float x = normal[0] / sum;
+  float y = normal[1] / sum;
+  if (normal[2] < 0.0F) {
+    const float folded_x = (1.0F - std::abs(y)) * std::copysign(1.0F, x);
+    y = (1.0F - std::abs(x)) * std::copysign(1.0F, y);
+    x = folded_x;
+  }
+  return {static_cast<std::int8_t>(std::lround(x * normal_levels)),
+          static_cast<std::int8_t>(std::lround(y * normal_levels))};
+}
+
+std::array<float, 3> decode_octahedral(std::int8_t packed_x, std::int8_t packed_y) {
+  float x = std::max(-1.0F, static_cast<float>(packed_x) / normal_levels);
+  float y = std::max(-1.0F, static_cast<float>(packed_y) / normal_levels);
+  const float z = 1.0F - std::abs(x) - std::abs(y);
+  if (z < 0.0F) {
+    const float unfolded_x = (1.0F - std::abs(y)) * std::copysign(1.0F, x);
+    y = (1.0F - std::abs(x)) * std::copysign(1.0F, y);
+    x = unfolded_x;
+  }
+  const float length = std::sqrt(x * x + y * y + z * z);  // |x|+|y|+|z| = 1, so that it is at least 1/sqrt(3)
+  return {x / length, y / length, z / length};
+}
+
+Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits) {
+  if (const Status checked = check_mesh(mesh, limits); !checked) return checked.error();
+
+  v1::Mesh message;
+  message.set_vertex_count(static_cast<std::uint32_t>(mesh.positions.size()));
+  message.set_index_count(static_cast<std::uint32_t>(mesh.indices.size()));
+  if (mesh.positions.empty()) return message;
+
+  std::array<float, 3> low = mesh.positions.front();
+  std::array<float, 3> high = low;
+  for (const auto& position : mesh.positions) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], position[axis]);
+      high[axis] = std::max(high[axis], position[axis]);
+    }
+  }
+  double extent = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    extent = std::max(extent, static_cast<double>(high[axis]) - static_cast<double>(low[axis]));
+  }
+  const double step = extent / position_levels;
+  message.mutable_origin()->set_x(static_cast<double>(low[0]));
+  message.mutable_origin()->set_y(static_cast<double>(low[1]));
+  message.mutable_origin()->set_z(static_cast<double>(low[2]));
+  message.set_step_m(step);
+
+  std::vector<PackedPosition> positions(mesh.positions.size());
+  std::vector<PackedNormal> normals(mesh.positions.size());
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    positions[i] = {};
+    for (std::size_t axis = 0; axis < 3 && step > 0.0; ++axis) {
+      const double offset = static_cast<double>(mesh.positions[i][axis]) - static_cast<double>(low[axis]);
+      positions[i][axis] =
+          static_cast<std::uint16_t>(std::clamp(std::round(offset / step), 0.0, position_levels));
+    }
+    const auto [x, y] = encode_octahedral(mesh.normals[i]);
+    normals[i] = {x, y, 0, 0};
+  }
+  message.set_positions(encode_vertices(positions));
+  message.set_normals(encode_vertices(normals));
+  message.set_opacity(std::string(mesh.opacity.begin(), mesh.opacity.end()));
+  if (!mesh.indices.empty()) {
+    std::string bytes(meshopt_encodeIndexBufferBound(mesh.indices.size(), mesh.positions.size()), '\0');
+    bytes.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(bytes.data()), bytes.size(),
+                                           mesh.indices.data(), mesh.indices.size()));
+    message.set_indices(std::move(bytes));
+  }
+  return message;
+}
+
+Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits) {
+  constexpr ErrorCode bad = ErrorCode::data_corrupt;
+  const std::size_t count = message.vertex_count();
+  const std::size_t index_count = message.index_count();
+  if (count > limits.max_vertices) return too_many("vertex_count", count, limits.max_vertices);
+  if (index_count > limits.max_indices) return too_many("index_count", index_count, limits.max_indices);
+  if (index_count % 3 != 0) {
+    return wrong(bad, "index_count", fmt::format("found {}, expected three a triangle", index_count));
+  }
+  // These two bind the counts to bytes that were really sent, so that a short message cannot ask for much
+  // memory.
+  if (message.opacity().size() != count) {
+    return wrong(
+        bad, "opacity",
+        fmt::format("found {} bytes, expected one for each of {} vertices", message.opacity().size(), count));
+  }
+  if (message.indices().size() < index_count / 3) {
+    return wrong(bad, "indices",
+                 fmt::format("found {} bytes, expected at least one for each of {} triangles",
+                             message.indices().size(), index_count / 3));
+  }
+  MeshData mesh;
+  if (count == 0) {
+    if (index_count != 0)
+      return wrong(bad, "index_count", fmt::format("found {} without a vertex, expected 0", index_count));
+    return mesh;
+  }
+  const double step = message.step_m();
+  if (!std::isfinite(step) || step < 0.0 || step * position_levels > 2.0 * limits.max_coordinate_m) {
+    return wrong(
+        bad, "step_m",
+        fmt::format("found {}, expected 0..{}", step, 2.0 * limits.max_coordinate_m / position_levels));
+  }
+  const std::array<double, 3> origin{message.origin().x(), message.origin().y(), message.origin().z()};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!is_coordinate(origin[axis], limits)) {
+      return wrong(
+          bad, fmt::format("origin.{}", "xyz"[axis]),
+          fmt::format("found {}, expected a number within {} m", origin[axis], limits.max_coordinate_m));
+    }
+  }
+
+  std::vector<PackedPosition> positions(count);
+  if (!decode_vertices(message.positions(), positions)) {
+    return wrong(
+        bad, "positions",
+        fmt::format("{} bytes are not a vertex stream of {} vertices", message.positions().size(), count));
+  }
+  std::vector<PackedNormal> normals(count);
+  if (!decode_vertices(message.normals(), normals)) {
+    return wrong(
+        bad, "normals",
+        fmt::format("{} bytes are not a vertex stream of {} vertices", message.normals().size(), count));
+  }
+  mesh.indices.resize(index_count);
+  if (index_count != 0 &&
+      meshopt_decodeIndexBuffer(mesh.indices.data(), index_count, sizeof(std::uint32_t),
+                                reinterpret_cast<const unsigned char*>(message.indices().data()),
+                                message.indices().size()) != 0) {
+    return wrong(
+        bad, "indices",
+        fmt::format("{} bytes are not an index stream of {} indices", message.indices().size(), index_count));
+  }
+  for (std::size_t i = 0; i < index_count; ++i) {
+    if (mesh.indices[i] >= count) {
+      return wrong(bad, fmt::format("indices[{}]", i),
+                   fmt::format("found {}, expected less than {} vertices", mesh.indices[i], count));
+    }
+  }
+  mesh.positions.resize(count);
+  mesh.normals.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      mesh.positions[i][axis] = static_cast<float>(origin[axis] + step * positions[i][axis]);
+    }
+    mesh.normals[i] = decode_octahedral(normals[i][0], normals[i][1]);
+  }
+  mesh.opacity.assign(message.opacity().begin(), message.opacity().end());
+  return mesh;
+}
+
+}  // namespace handloft::codec

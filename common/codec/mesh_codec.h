@@ -1,0 +1,50 @@
+#pragma once
+// Triangle meshes on the wire: positions in 16 bits within their bounding box, octahedral normals in 2 x 8
+// bits, opacity in 8 bits (A23), vertex and index streams entropy-coded with meshoptimizer. The decoder
+// treats its input as hostile: every count is held against a limit and against the bytes that are really
+// there before anything is allocated.
+//
+// Octahedral normals: Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors",
+// JCGT 2014.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/base/result.h"
+#include "proto/scene.pb.h"
+
+namespace handloft::codec {
+
+/// A triangle mesh as a display wants it. `normals` and `opacity` are as long as `positions`; `indices` are
+/// three a triangle, anticlockwise seen from the side that the normals point to.
+struct MeshData {
+  std::vector<std::array<float, 3>> positions;  ///< world, metres
+  std::vector<std::array<float, 3>> normals;    ///< world, unit
+  std::vector<std::uint8_t> opacity;            ///< 255: opaque
+  std::vector<std::uint32_t> indices;
+};
+
+struct MeshLimits {
+  std::size_t max_vertices = std::size_t{1}
+                             << 20;  ///< 24 MiB decoded; a tessellated surface has some ten thousand
+  std::size_t max_indices = std::size_t{6} << 20;  ///< six a vertex, as in a regular triangle grid
+  double max_coordinate_m = 1e4;                   ///< nothing on a table is 10 km away
+};
+
+/// The mesh, quantised. Positions come back within half of `step_m` per axis (plus float rounding), normals
+/// within one degree, opacity and triangles as they were (a triangle's corners may be rotated, its winding is
+/// kept). Errors: invalid_argument naming the field for NaN, unequal lengths, an index out of range or a
+/// count that is not a multiple of three; resource_exhausted above the limits.
+Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits = {});
+
+/// The mesh of a message that may come from anybody. Errors: data_corrupt or resource_exhausted, naming the
+/// field.
+Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits = {});
+
+/// A unit normal as two signed bytes and back. A zero vector counts as +z.
+std::array<std::int8_t, 2> encode_octahedral(const std::array<float, 3>& normal);
+std::array<float, 3> decode_octahedral(std::int8_t x, std::int8_t y);
+
+}  // namespace handloft::codec
