@@ -9,15 +9,9 @@
 #include "common/base/clock.h"
 #include "daemon-tracking/fusion/contact_debouncer.h"
 #include "daemon-tracking/fusion/fused_state.h"
+#include "daemon-tracking/source/glove_report.h"
 
 namespace handloft::tracking {
-
-inline constexpr std::uint8_t contact_index = 1u << 0;
-inline constexpr std::uint8_t contact_middle = 1u << 1;
-inline constexpr std::uint8_t contact_ring = 1u << 2;
-inline constexpr std::uint8_t contact_little = 1u << 3;
-inline constexpr std::uint8_t contact_thumb = 1u << 4;
-inline constexpr std::uint8_t contact_table = 1u << 5;
 
 /// The gesture of a combination, unknown for one that is none.
 Gesture gesture_of(std::uint8_t contacts);

@@ -21,17 +21,22 @@ namespace handloft::tracking {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-/// A tag's corner: where it is on the body and where it was seen.
+/// A tag's corner: where it is and where it was seen.
 struct CornerMeasurement {
-  Eigen::Vector3d point_m;  ///< In the body's frame
+  Eigen::Vector3d point_m;  ///< In the frame of what carries the tag
   Eigen::Vector2d pixel;    ///< As measured, distorted
 };
 
-/// One camera's corners of the body. Four consecutive corners are one tag.
+/// Who carries the camera: the base looks at the body's tags, or the body carries the camera and looks at the
+/// base's. A head is found both ways, from the table's cameras and by its own.
+enum class CameraOn { base, body };
+
+/// What one camera saw. Four consecutive corners are one tag.
 struct BodyView {
   const CameraModel* camera = nullptr;  ///< Outlives the call
-  Eigen::Isometry3d base_from_camera = Eigen::Isometry3d::Identity();
-  std::vector<CornerMeasurement> corners;
+  CameraOn on = CameraOn::base;
+  Eigen::Isometry3d carrier_from_camera = Eigen::Isometry3d::Identity();
+  std::vector<CornerMeasurement> corners;  ///< On the body (camera on the base), or the other way round
 };
 
 /// What is believed of the pose beforehand: mean and covariance of (translation in the base frame, rotation
@@ -63,9 +68,9 @@ struct BodyPose {
 /// Corners of a placed tag in the body's frame, in the order of TagDetection.
 std::array<Eigen::Vector3d, 4> tag_corners(const TagPlacement& tag);
 
-/// The corners in `tags` that belong to `body` as one view.
-BodyView make_view(const CameraModel& camera, const Eigen::Isometry3d& base_from_camera,
-                   std::span<const TagDetection> tags, std::span<const TagPlacement> body);
+/// The corners of those `tags` that are placed in `placements`, as one view.
+BodyView make_view(const CameraModel& camera, CameraOn on, const Eigen::Isometry3d& carrier_from_camera,
+                   std::span<const TagDetection> tags, std::span<const TagPlacement> placements);
 
 /// Refines a pose: Gauss-Newton with Levenberg damping on Huber-weighted reprojection errors (plus the prior,
 /// when given). Fails with failed_precondition when it does not converge to a pose in front of the cameras.

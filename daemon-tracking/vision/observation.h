@@ -43,7 +43,7 @@ struct VisionTimings {
 struct CameraObservation {
   std::uint32_t camera = 0;
   std::uint64_t sequence = 0;
-  TimePoint capture_time;  ///< Middle of the exposure, the camera's calibrated offset added (T4)
+  TimePoint capture_time;  ///< Middle of the exposure (T4); the source has added the camera's offset
   TimePoint arrival_time;
   std::vector<TagDetection> tags;
   std::vector<FingertipBlob> blobs;
