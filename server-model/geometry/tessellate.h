@@ -28,7 +28,7 @@ struct TessellationOptions {
   /// Largest distance between triangles and surface; a tenth of a millimetre is below what a headset shows.
   double chord_tolerance_m = 1e-4;
   int min_divisions = 8;   ///< Per quadrant and from centre to rim: enough for the shading and the contour.
-  int max_divisions = 48;  ///< Caps a mesh at 4 * 48 * 96 vertices, whatever the curvature.
+  int max_divisions = 48;  ///< Caps a mesh at some 4 * 48 * 60 vertices, whatever the curvature.
 };
 
 /// The visible part: f <= visible_level(). Errors: invalid_argument for options out of range or a surface

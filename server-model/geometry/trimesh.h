@@ -41,8 +41,8 @@ struct MeshTopology {
 };
 MeshTopology topology(const TriMesh& mesh);
 
-/// Collapses edges by quadric error (Garland and Heckbert) until at most target_faces remain; the boundary's
-/// shape is guarded. Errors: invalid_argument for a target of 0.
+/// Collapses edges by quadric error (Garland and Heckbert) down to target_faces, or as near as the boundary
+/// lets: its vertices stay. Errors: invalid_argument for a target of 0.
 Result<TriMesh> decimate(TriMesh mesh, std::size_t target_faces);
 
 }  // namespace handloft::geometry
