@@ -21,11 +21,17 @@ using Duration = MonotonicTime::duration;
 using TimePoint = MonotonicTime::time_point;
 
 /// Nanoseconds as they stand on the wire and in recordings.
-constexpr std::int64_t to_ns(TimePoint time) { return time.time_since_epoch().count(); }
-constexpr TimePoint from_ns(std::int64_t ns) { return TimePoint(Duration(ns)); }
+constexpr std::int64_t to_ns(TimePoint time) {
+  return time.time_since_epoch().count();
+}
+constexpr TimePoint from_ns(std::int64_t ns) {
+  return TimePoint(Duration(ns));
+}
 
 /// Seconds as a double, for the mathematics of motion.
-constexpr double to_seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+constexpr double to_seconds(Duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
 constexpr Duration from_seconds(double seconds) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
 }

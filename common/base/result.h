@@ -1,6 +1,6 @@
 #pragma once
-// Expected failure as a value: what the world can do to us (a bad file, a hostile packet, an unplugged device).
-// Programming errors are assertions; exceptions only at start-up.
+// Expected failure as a value: what the world can do to us (a bad file, a hostile packet, an unplugged
+// device). Programming errors are assertions; exceptions only at start-up.
 
 #include <cassert>
 #include <optional>

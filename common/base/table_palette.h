@@ -1,6 +1,6 @@
 #pragma once
-// The palette that lies on the table: where each command's cell is, in the world frame. The server decides by it
-// which command an on-table gesture means, the client draws it, the simulated hand touches it.
+// The palette that lies on the table: where each command's cell is, in the world frame. The server decides by
+// it which command an on-table gesture means, the client draws it, the simulated hand touches it.
 
 #include <array>
 #include <optional>
@@ -18,7 +18,8 @@ struct PaletteCell {
   double width_m, height_m;
 };
 
-/// Cells of 50 mm at a pitch of 60 mm: large enough for a palm's worth of uncertainty, and within reach beside the work.
+/// Cells of 50 mm at a pitch of 60 mm: large enough for a palm's worth of uncertainty, and within reach
+/// beside the work.
 inline constexpr std::array<PaletteCell, 6> table_palette{{
     {PaletteCommand::fit, "Fit", 0.17, 0.06, 0.05, 0.05},
     {PaletteCommand::representation, "Points / surface", 0.23, 0.06, 0.05, 0.05},
@@ -33,7 +34,8 @@ constexpr std::optional<PaletteCommand> palette_command_at(double x_m, double y_
   for (const PaletteCell& cell : table_palette) {
     const double dx = x_m - cell.centre_x_m;
     const double dy = y_m - cell.centre_y_m;
-    if (dx >= -cell.width_m / 2 && dx <= cell.width_m / 2 && dy >= -cell.height_m / 2 && dy <= cell.height_m / 2) {
+    if (dx >= -cell.width_m / 2 && dx <= cell.width_m / 2 && dy >= -cell.height_m / 2 &&
+        dy <= cell.height_m / 2) {
       return cell.command;
     }
   }

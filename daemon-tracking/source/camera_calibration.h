@@ -1,7 +1,7 @@
 #pragma once
-// What is known of one camera: the pinhole model with Brown-Conrady distortion (OpenCV's k1, k2, p1, p2, k3) and
-// where it stands. Lengths in metres, image coordinates in pixels with the centre of the top left pixel at (0, 0).
-// Camera frame: x right, y down, z forward (OpenCV's).
+// What is known of one camera: the pinhole model with Brown-Conrady distortion (OpenCV's k1, k2, p1, p2, k3)
+// and where it stands. Lengths in metres, image coordinates in pixels with the centre of the top left pixel
+// at (0, 0). Camera frame: x right, y down, z forward (OpenCV's).
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -30,7 +30,8 @@ struct CameraCalibration {
   std::string name;  ///< Unique: "left", "right", "head".
   CameraRole role = CameraRole::table;
   CameraIntrinsics intrinsics;
-  /// Table cameras: the camera in the world. Head camera: the camera in the head rig's frame, see `head_from_camera`.
+  /// Table cameras: the camera in the world. Head camera: the camera in the head rig's frame, see
+  /// `head_from_camera`.
   Eigen::Isometry3d world_from_camera = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d head_from_camera = Eigen::Isometry3d::Identity();
   Duration time_offset{};  ///< Added to a frame's timestamp to get the middle of its exposure (T4).

@@ -1,6 +1,6 @@
 #pragma once
-// The rig: which cameras, tags and colours there are. Written by calibration, read by every stage (and, for the
-// simulated rig, what is drawn).
+// The rig: which cameras, tags and colours there are. Written by calibration, read by every stage (and, for
+// the simulated rig, what is drawn).
 
 #include <Eigen/Geometry>
 #include <array>
@@ -36,11 +36,12 @@ struct Rig {
   std::vector<TagPlacement> table_tags;  ///< Body frame = world.
   std::vector<TagPlacement> head_tags;   ///< Body frame = head: x right, y up, z backwards (OpenGL eye axes).
   std::array<FingertipColour, finger_count> colours;
-  double fingertip_radius_m = 0.008;  ///< A cap is seen as a sphere of this radius; its centre is the fingertip.
+  double fingertip_radius_m =
+      0.008;  ///< A cap is seen as a sphere of this radius; its centre is the fingertip.
 };
 
-/// The rig used when nothing else is configured: two table cameras, one head camera, four table tags, a head rig of
-/// non-coplanar tags, five well separated hues.
+/// The rig used when nothing else is configured: two table cameras, one head camera, four table tags, a head
+/// rig of non-coplanar tags, five well separated hues.
 Rig default_rig();
 
 }  // namespace handloft::tracking

@@ -1,6 +1,7 @@
 #pragma once
 // Timestamped samples: all that a device, real, recorded or simulated, ever hands on. Everything behind the
-// sources is a deterministic function of the sequence of samples, so a recording replays to the same bits (T13).
+// sources is a deterministic function of the sequence of samples, so a recording replays to the same bits
+// (T13).
 
 #include <cstdint>
 #include <memory>

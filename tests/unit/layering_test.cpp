@@ -1,5 +1,5 @@
-// The house's rule (architecture: "The house"): a room includes only what stands below it. Programs never include
-// each other; common includes none of them; whatever is generated from proto/ may be used by all.
+// The house's rule (architecture: "The house"): a room includes only what stands below it. Programs never
+// include each other; common includes none of them; whatever is generated from proto/ may be used by all.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,8 @@ const std::map<std::string, std::set<std::string>>& allowed_rooms() {
       {"daemon-tracking/publish",
        {"daemon-tracking/source", "daemon-tracking/vision", "daemon-tracking/fusion"}},
       {"daemon-tracking/main",
-       {"daemon-tracking/source", "daemon-tracking/vision", "daemon-tracking/fusion", "daemon-tracking/publish"}},
+       {"daemon-tracking/source", "daemon-tracking/vision", "daemon-tracking/fusion",
+        "daemon-tracking/publish"}},
       {"server-model/geometry", {}},
       {"server-model/model", {"server-model/geometry"}},
       {"server-model/interaction", {"server-model/geometry", "server-model/model"}},
@@ -68,7 +69,8 @@ std::optional<std::string> complaint(const std::string& including_file, const st
   const auto from = room_of(including_file);
   if (!from) return std::nullopt;
   if (!allowed_rooms().contains(*from)) return including_file + ": its room is not in the table of rooms";
-  if (included.starts_with("tests/")) return including_file + " includes " + included + ": programs don't use tests";
+  if (included.starts_with("tests/"))
+    return including_file + " includes " + included + ": programs don't use tests";
   const auto to = room_of(included);
   if (!to || *to == *from) return std::nullopt;
   const bool is_common = to->starts_with("common/") && !from->starts_with("common/");
