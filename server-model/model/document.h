@@ -4,7 +4,6 @@
 // changes nothing.
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <set>

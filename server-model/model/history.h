@@ -4,6 +4,7 @@
 // Client ids are kept so that undo per user can be built on it.
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <string>
 
@@ -18,7 +19,7 @@ class History {
     Document after;
     std::string words;
     std::uint64_t client_id = 0;
-    handloft::v1::Operation effective;
+    std::uint64_t client_op_id = 0;
   };
 
   explicit History(Document initial = {}, std::size_t max_steps = Limits{}.max_history_steps);

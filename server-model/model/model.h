@@ -4,11 +4,12 @@
 // `document()` (cheap) to look at it elsewhere.
 
 #include <cstdint>
+#include <deque>
 #include <map>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/result.h"
@@ -50,7 +51,8 @@ class Model {
   Result<ProvisionalId> begin_provisional(const handloft::v1::Operation& operation);
   Status append_provisional(ProvisionalId id, std::span<const handloft::v1::Point> points);
   Status update_provisional(ProvisionalId id, const handloft::v1::Operation& operation);
-  /// Applies the gesture as one operation, as submit() does. The gesture is gone afterwards, refused or not.
+  /// Applies the gesture as one operation, as submit() does. Its client_id and client_op_id are used. The
+  /// gesture is gone afterwards, refused or not.
   Result<Submitted> commit_provisional(ProvisionalId id);
   /// The base was never touched, so this only forgets. False: no such gesture (it may have been cancelled).
   bool cancel_provisional(ProvisionalId id);

@@ -1,6 +1,10 @@
 #pragma once
 // Answers to the questions of proto/query.proto: pure functions of the document and its history.
 
+#include <cstdint>
+#include <functional>
+#include <string_view>
+
 #include "common/base/result.h"
 #include "proto/query.pb.h"
 #include "server-model/model/document.h"

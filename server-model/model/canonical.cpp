@@ -1,0 +1,147 @@
+#include "server-model/model/canonical.h"
+
+#include <openssl/evp.h>
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string_view>
+
+namespace handloft::model {
+
+namespace {
+
+// Collects little-endian bytes and hands them on in blocks. Strings and lists carry their length, so that no
+// two documents share a form.
+class Writer {
+ public:
+  using Sink = std::function<void(std::string_view)>;
+  explicit Writer(Sink sink) : sink_(std::move(sink)) { buffer_.reserve(block_bytes + 64); }
+
+  void u8(std::uint8_t value) { integer(value, 1); }
+  void u32(std::uint32_t value) { integer(value, 4); }
+  void u64(std::uint64_t value) { integer(value, 8); }
+  void i64(std::int64_t value) { u64(static_cast<std::uint64_t>(value)); }
+  void number(double value) { u64(std::bit_cast<std::uint64_t>(value)); }
+  template <typename Vector>
+  void vector(const Vector& values) {
+    for (Eigen::Index i = 0; i < values.size(); ++i) number(values(i));
+  }
+  void text(std::string_view value) {
+    u64(value.size());
+    buffer_.append(value);
+    flush_full();
+  }
+  void flush() {
+    sink_(buffer_);
+    buffer_.clear();
+  }
+
+ private:
+  static constexpr std::size_t block_bytes = 1U << 16U;
+
+  void integer(std::uint64_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) buffer_.push_back(static_cast<char>((value >> (8 * i)) & 0xffU));
+    flush_full();
+  }
+  void flush_full() {
+    if (buffer_.size() >= block_bytes) flush();
+  }
+
+  Sink sink_;
+  std::string buffer_;
+};
+
+void write_fit(Writer& out, const FittedSurface& fit) {
+  out.vector(fit.frame.origin);
+  for (int axis = 0; axis < 3; ++axis) out.vector(fit.frame.rotation.col(axis));
+  out.u32(static_cast<std::uint32_t>(fit.surface.degree()));
+  out.vector(fit.surface.box().centre);
+  out.vector(fit.surface.box().half_extent);
+  for (const double coefficient : fit.surface.scaled_coefficients()) out.number(coefficient);
+  out.u32(fit.requested_degree);
+  out.u64(fit.residuals_m.size());
+  for (const double residual : fit.residuals_m) out.number(residual);
+  out.u64(fit.statistics.count);
+  out.number(fit.statistics.rms);
+  out.number(fit.statistics.weighted_rms);
+  out.number(fit.statistics.max);
+  out.vector(fit.box.centre);
+  out.vector(fit.box.half_extent);
+  out.number(fit.frame_drift_rad);
+}
+
+void write_shape(Writer& out, const DualShape& shape) {
+  out.text("dual_shape");
+  out.text(shape.id);
+  out.text(shape.name);
+  out.u32(shape.requested_degree);
+  out.u64(shape.points.size());
+  for (std::size_t c = 0; c < shape.points.chunk_count(); ++c) {
+    for (const DualPoint& point : shape.points.chunk(c)) {
+      out.number(point.x);
+      out.number(point.y);
+      out.number(point.z);
+      out.number(point.pressure);
+      out.i64(point.time_ns);
+      out.u32(point.stroke);
+      out.u32(point.partner);
+    }
+  }
+  out.u32(shape.stroke_count);
+  out.u8(shape.fit ? 1 : 0);
+  if (shape.fit) write_fit(out, *shape.fit);
+  out.u8(shape.stale ? 1 : 0);
+  out.u8(static_cast<std::uint8_t>(shape.symmetry));
+  out.vector(shape.plane.origin);
+  out.vector(shape.plane.normal);
+  out.u32(shape.linked_from);
+  out.text(shape.partner);
+  out.number(shape.superellipse_exponent);
+  out.u8(static_cast<std::uint8_t>(shape.representation));
+}
+
+void write_document(const Document& document, Writer::Sink sink) {
+  constexpr std::uint32_t version = 1;
+  Writer out(std::move(sink));
+  out.text("handloft document");
+  out.u32(version);
+  out.u64(document.entities.size());
+  for (const auto& [id, entity] : document.entities) write_shape(out, *entity);
+  out.u64(document.used_ids->size());
+  for (const std::string& id : *document.used_ids) out.text(id);
+  out.u64(document.next_shape);
+  out.flush();
+}
+
+}  // namespace
+
+std::string canonical_bytes(const Document& document) {
+  std::string bytes;
+  write_document(document, [&](std::string_view block) { bytes.append(block); });
+  return bytes;
+}
+
+std::string document_hash(const Document& document) {
+  const std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
+  bool good = context && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1;
+  write_document(document, [&](std::string_view block) {
+    good = good && EVP_DigestUpdate(context.get(), block.data(), block.size()) == 1;
+  });
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  good = good && EVP_DigestFinal_ex(context.get(), digest.data(), &size) == 1;
+  if (!good) return {};  // Only when the machine is out of memory.
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string hex;
+  hex.reserve(2 * size);
+  for (unsigned i = 0; i < size; ++i) {
+    hex.push_back(digits[digest[i] >> 4U]);
+    hex.push_back(digits[digest[i] & 0xfU]);
+  }
+  return hex;
+}
+
+}  // namespace handloft::model

@@ -1,0 +1,101 @@
+#include "server-model/model/document.h"
+
+#include <algorithm>
+
+#include "server-model/model/operations/operations.h"
+
+namespace handloft::model {
+
+namespace v1 = handloft::v1;
+
+EntityPtr Document::find(std::string_view id) const {
+  const auto found = entities.find(id);
+  return found == entities.end() ? nullptr : found->second;
+}
+
+std::vector<std::string> Changes::all() const {
+  std::vector<std::string> ids = created;
+  ids.insert(ids.end(), changed.begin(), changed.end());
+  ids.insert(ids.end(), removed.begin(), removed.end());
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+Changes difference(const Document& before, const Document& after) {
+  Changes changes;
+  auto a = before.entities.begin();
+  auto b = after.entities.begin();
+  while (a != before.entities.end() || b != after.entities.end()) {
+    if (b == after.entities.end() || (a != before.entities.end() && a->first < b->first)) {
+      changes.removed.push_back(a->first);
+      ++a;
+    } else if (a == before.entities.end() || b->first < a->first) {
+      changes.created.push_back(b->first);
+      ++b;
+    } else {
+      if (a->second != b->second) changes.changed.push_back(a->first);
+      ++a;
+      ++b;
+    }
+  }
+  return changes;
+}
+
+namespace {
+
+Error not_for_a_document(const char* what) {
+  return make_error(ErrorCode::failed_precondition, what);
+}
+
+Result<Outcome> dispatch(const Document& document, const v1::Operation& operation,
+                         const ApplyContext& context) {
+  switch (operation.body_case()) {
+    case v1::Operation::kCreateDualShape:
+      return create_dual_shape(document, operation.create_dual_shape(), context);
+    case v1::Operation::kAddPoints:
+      return add_points(document, operation.add_points(), context);
+    case v1::Operation::kSetSymmetry:
+      return set_symmetry(document, operation.set_symmetry(), context);
+    case v1::Operation::kFit:
+      return fit(document, operation.fit(), context);
+    case v1::Operation::kRefitPlane:
+      return refit_plane(document, operation.refit_plane(), context);
+    case v1::Operation::kSetSuperellipse:
+      return set_superellipse(document, operation.set_superellipse(), context);
+    case v1::Operation::kSetRepresentation:
+      return set_representation(document, operation.set_representation(), context);
+    case v1::Operation::kRename:
+      return rename(document, operation.rename(), context);
+    case v1::Operation::kDelete:
+      return delete_entity(document, operation.delete_(), context);
+    case v1::Operation::kImportStrokes:
+      return import_strokes(document, operation.import_strokes(), context);
+    case v1::Operation::kUndo:
+    case v1::Operation::kRedo:
+      return not_for_a_document("undo and redo belong to a model's history");
+    case v1::Operation::kExport:
+      return not_for_a_document("an export changes no document");
+    case v1::Operation::BODY_NOT_SET:
+      break;
+  }
+  return make_error(ErrorCode::invalid_argument, "found no operation that this build knows, expected one");
+}
+
+}  // namespace
+
+Result<ApplyResult> apply(const Document& document, const v1::Operation& operation,
+                          const ApplyContext& context) {
+  auto outcome = dispatch(document, operation, context);
+  if (!outcome) return outcome.error();
+  ApplyResult result;
+  result.document = std::move(outcome->document);
+  result.changes = difference(document, result.document);
+  result.effective = std::move(outcome->effective);
+  result.effective.set_client_id(operation.client_id());
+  result.effective.set_client_op_id(operation.client_op_id());
+  result.words = std::move(outcome->words);
+  result.notes = std::move(outcome->notes);
+  return result;
+}
+
+}  // namespace handloft::model

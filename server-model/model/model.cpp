@@ -1,0 +1,193 @@
+#include "server-model/model/model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "server-model/model/query.h"
+
+namespace handloft::model {
+
+namespace v1 = handloft::v1;
+
+namespace {
+// A client that lost an acknowledgement retries within seconds; this many operations of all clients are hours
+// of work.
+constexpr std::size_t remembered_answers = 1024;
+
+Error no_such_gesture(ProvisionalId id) {
+  return make_error(ErrorCode::not_found, fmt::format("there is no gesture {}", id));
+}
+}  // namespace
+
+Model::Model(Document initial, ApplyContext context)
+    : context_(context), history_(std::move(initial), context.limits.max_history_steps) {
+  Changes all;
+  for (const auto& [id, entity] : history_.current().entities) all.created.push_back(id);
+  touch(all);
+}
+
+Result<Submitted> Model::submit(const v1::Operation& operation) {
+  if (operation.client_op_id() != 0) {
+    const auto known = answered_.find({operation.client_id(), operation.client_op_id()});
+    if (known != answered_.end()) return known->second;
+  }
+  auto submitted =
+      operation.has_undo() || operation.has_redo() ? step_history(operation) : submit_new(operation);
+  if (submitted) {
+    touch(submitted->changes);
+    submitted->cancelled_gestures = rebase_provisional();
+    remember(operation, *submitted);
+  }
+  return submitted;
+}
+
+Result<Submitted> Model::submit_new(const v1::Operation& operation) {
+  auto applied = apply(history_.current(), operation, context_);
+  if (!applied) return applied.error();
+  Submitted submitted;
+  submitted.changes = std::move(applied->changes);
+  submitted.effective = std::move(applied->effective);
+  submitted.words = applied->words;
+  submitted.notes = std::move(applied->notes);
+  if (submitted.changes.empty()) return submitted;
+  submitted.sequence = ++sequence_;
+  history_.push({std::move(applied->document), std::move(applied->words), operation.client_id(),
+                 operation.client_op_id()});
+  return submitted;
+}
+
+Result<Submitted> Model::step_history(const v1::Operation& operation) {
+  const Document before = history_.current();
+  auto words = operation.has_undo() ? history_.undo() : history_.redo();
+  if (!words) return words.error();
+  Submitted submitted;
+  submitted.changes = difference(before, history_.current());
+  submitted.effective = operation;
+  submitted.words = (operation.has_undo() ? "Undo: " : "Redo: ") + *words;
+  submitted.sequence = ++sequence_;
+  return submitted;
+}
+
+Result<v1::QueryResult> Model::query(const v1::Query& query) const {
+  return answer(
+      query, history_.current(), history_, [this](std::string_view id) { return revision(id); },
+      context_.limits);
+}
+
+Result<ProvisionalId> Model::begin_provisional(const v1::Operation& operation) {
+  if (provisional_.size() >= context_.limits.max_provisional) {
+    return make_error(ErrorCode::resource_exhausted,
+                      fmt::format("{} gestures are in the air, no more are allowed", provisional_.size()));
+  }
+  auto begun = Provisional::begin(history_.current(), operation, context_);
+  if (!begun) return begun.error();
+  const ProvisionalId id = next_provisional_++;
+  touch(begun->applied().changes);
+  provisional_.emplace(id, std::move(*begun));
+  return id;
+}
+
+Status Model::append_provisional(ProvisionalId id, std::span<const v1::Point> points) {
+  const auto found = provisional_.find(id);
+  if (found == provisional_.end()) return no_such_gesture(id);
+  const Document before = found->second.result();
+  auto status = found->second.append(points);
+  if (status) touch(difference(before, found->second.result()));
+  return status;
+}
+
+Status Model::update_provisional(ProvisionalId id, const v1::Operation& operation) {
+  const auto found = provisional_.find(id);
+  if (found == provisional_.end()) return no_such_gesture(id);
+  const Document before = found->second.result();
+  auto status = found->second.update(operation);
+  if (status) touch(difference(before, found->second.result()));
+  return status;
+}
+
+Result<Submitted> Model::commit_provisional(ProvisionalId id) {
+  const auto found = provisional_.find(id);
+  if (found == provisional_.end()) return no_such_gesture(id);
+  const v1::Operation operation = found->second.operation();
+  cancel_provisional(id);
+  return submit(operation);
+}
+
+bool Model::cancel_provisional(ProvisionalId id) {
+  const auto found = provisional_.find(id);
+  if (found == provisional_.end()) return false;
+  touch(found->second.applied().changes);
+  provisional_.erase(found);
+  return true;
+}
+
+const Provisional* Model::provisional(ProvisionalId id) const {
+  const auto found = provisional_.find(id);
+  return found == provisional_.end() ? nullptr : &found->second;
+}
+
+Document Model::preview() const {
+  Document document = history_.current();
+  for (const auto& [id, gesture] : provisional_) {
+    const Changes& changes = gesture.applied().changes;
+    for (const auto* ids : {&changes.created, &changes.changed}) {
+      for (const std::string& entity : *ids) {
+        document.entities.insert_or_assign(entity, gesture.result().find(entity));
+      }
+    }
+    for (const std::string& entity : changes.removed) document.entities.erase(entity);
+  }
+  return document;
+}
+
+bool Model::is_provisional(std::string_view entity) const {
+  return std::any_of(provisional_.begin(), provisional_.end(), [&](const auto& gesture) {
+    const Changes& changes = gesture.second.applied().changes;
+    const auto among = [&](const std::vector<std::string>& ids) {
+      return std::binary_search(ids.begin(), ids.end(), entity);
+    };
+    return among(changes.created) || among(changes.changed) || among(changes.removed);
+  });
+}
+
+std::uint64_t Model::revision(std::string_view entity) const {
+  const auto found = revisions_.find(entity);
+  return found == revisions_.end() ? 0 : found->second;
+}
+
+void Model::touch(const Changes& changes) {
+  for (const auto* ids : {&changes.created, &changes.changed, &changes.removed}) {
+    for (const std::string& id : *ids) revisions_.insert_or_assign(id, ++revision_counter_);
+  }
+}
+
+void Model::remember(const v1::Operation& operation, const Submitted& submitted) {
+  if (operation.client_op_id() == 0) return;
+  const auto key = std::pair{operation.client_id(), operation.client_op_id()};
+  Submitted answer = submitted;
+  answer.effective.Clear();  // It may be large, and was logged the first time.
+  answered_.insert_or_assign(key, std::move(answer));
+  answered_order_.push_back(key);
+  if (answered_order_.size() > remembered_answers) {
+    answered_.erase(answered_order_.front());
+    answered_order_.pop_front();
+  }
+}
+
+std::vector<std::string> Model::rebase_provisional() {
+  std::vector<std::string> cancelled;
+  for (auto it = provisional_.begin(); it != provisional_.end();) {
+    if (auto status = it->second.rebase(history_.current()); !status) {
+      touch(it->second.applied().changes);
+      cancelled.push_back(fmt::format("{}: {}", it->second.applied().words, status.error().describe()));
+      it = provisional_.erase(it);
+    } else {
+      touch(it->second.applied().changes);
+      ++it;
+    }
+  }
+  return cancelled;
+}
+
+}  // namespace handloft::model

@@ -1,0 +1,72 @@
+#include <fmt/format.h>
+
+#include "server-model/model/operations/operations.h"
+#include "server-model/model/validate.h"
+
+namespace handloft::model {
+
+void put(Document& document, DualShape shape) {
+  std::string id = shape.id;
+  document.entities.insert_or_assign(std::move(id), std::make_shared<const DualShape>(std::move(shape)));
+}
+
+Status add_entity(Document& document, DualShape shape, std::string_view field, const Limits& limits) {
+  if (document.used_ids->contains(shape.id)) {
+    return make_error(
+        ErrorCode::already_exists,
+        fmt::format(
+            "the id \"{}\" {}", shape.id,
+            document.find(shape.id) ? "is taken" : "belonged to a deleted entity; ids are never used again"),
+        std::string(field));
+  }
+  if (document.entities.size() >= limits.max_entities || document.used_ids->size() >= limits.max_used_ids) {
+    return make_error(
+        ErrorCode::resource_exhausted,
+        fmt::format("the document holds {} entities and {} used ids, expected at most {} and {}",
+                    document.entities.size(), document.used_ids->size(), limits.max_entities,
+                    limits.max_used_ids),
+        std::string(field));
+  }
+  auto ids = std::make_shared<Document::Ids>(*document.used_ids);
+  ids->insert(shape.id);
+  document.used_ids = std::move(ids);
+  put(document, std::move(shape));
+  return {};
+}
+
+Result<Outcome> create_dual_shape(const Document& document, const handloft::v1::CreateDualShape& request,
+                                  const ApplyContext& context) {
+  if (auto status = check_degree(request.degree(), "create_dual_shape.degree", context.limits); !status) {
+    return status.error();
+  }
+  if (auto status = check_name(request.name(), "create_dual_shape.name", context.limits); !status) {
+    return status.error();
+  }
+  Outcome outcome;
+  outcome.document = document;
+  DualShape shape;
+  shape.id = request.id();
+  if (shape.id.empty()) {
+    // used_ids is bounded, so this ends.
+    do {
+      shape.id = fmt::format("shape-{}", outcome.document.next_shape++);
+    } while (document.used_ids->contains(shape.id));
+  } else if (auto status = check_id(shape.id, "create_dual_shape.id", context.limits); !status) {
+    return status.error();
+  }
+  shape.name = request.name().empty() ? shape.id : request.name();
+  shape.requested_degree = request.degree() == 0 ? context.limits.default_degree : request.degree();
+
+  outcome.words = fmt::format("Create \"{}\"", shape.name);
+  auto& effective = *outcome.effective.mutable_create_dual_shape();
+  effective = request;
+  effective.set_id(shape.id);
+  effective.set_degree(shape.requested_degree);
+  if (auto status = add_entity(outcome.document, std::move(shape), "create_dual_shape.id", context.limits);
+      !status) {
+    return status.error();
+  }
+  return outcome;
+}
+
+}  // namespace handloft::model

@@ -1,0 +1,182 @@
+// Fit (A5 - A10): the base plane is taken at the first fit and frozen; RefitPlane takes it anew.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "server-model/geometry/pca_frame.h"
+#include "server-model/geometry/polynomial_fit.h"
+#include "server-model/geometry/residual_matching.h"
+#include "server-model/geometry/symmetry.h"
+#include "server-model/model/operations/operations.h"
+#include "server-model/model/validate.h"
+
+namespace handloft::model {
+
+namespace {
+
+// A10: beyond this the footprint is foreshortened by 6 % and more, and a surface over it begins to fold.
+constexpr double drift_warning_rad = 20.0 * std::numbers::pi / 180.0;
+
+enum class BasePlane { frozen, taken_anew };
+
+bool finite(const FittedSurface& fit) {
+  const auto coefficients = fit.surface.coefficients();
+  const auto good = [](double value) { return std::isfinite(value); };
+  return fit.frame.origin.allFinite() && fit.frame.rotation.allFinite() && fit.box.centre.allFinite() &&
+         fit.box.half_extent.allFinite() && std::all_of(coefficients.begin(), coefficients.end(), good) &&
+         std::all_of(fit.residuals_m.begin(), fit.residuals_m.end(), good) && good(fit.statistics.rms) &&
+         good(fit.statistics.weighted_rms) && good(fit.statistics.max);
+}
+
+Result<std::shared_ptr<const FittedSurface>> fit_points(const DualShape& shape, std::uint32_t degree,
+                                                        BasePlane base_plane) {
+  if (shape.points.empty()) {
+    return make_error(ErrorCode::rank_deficient, fmt::format("\"{}\" has no points", shape.id));
+  }
+  std::vector<geometry::WeightedPoint> points;
+  points.reserve(shape.points.size());
+  for (std::size_t c = 0; c < shape.points.chunk_count(); ++c) {
+    for (const DualPoint& point : shape.points.chunk(c)) points.push_back({point.position(), point.pressure});
+  }
+  geometry::PcaOptions pca;
+  if (shape.fit) pca.previous = shape.fit->frame;
+  auto fresh = geometry::pca_frame(points, pca);
+  if (!fresh) return fresh.error();
+
+  auto result = std::make_shared<FittedSurface>();
+  const bool frozen = shape.fit && base_plane == BasePlane::frozen;
+  result->frame = frozen ? shape.fit->frame : fresh->frame;
+  if (frozen && !fresh->degenerate) {
+    const double cosine = std::abs(result->frame.normal().dot(fresh->frame.normal()));
+    result->frame_drift_rad = std::acos(std::min(1.0, cosine));
+  }
+  for (geometry::WeightedPoint& point : points) point.position = result->frame.to_local(point.position);
+
+  geometry::FitOptions options;
+  options.degree = static_cast<int>(degree);
+  auto fitted = geometry::fit_polynomial_surface(points, options);
+  if (!fitted) return fitted.error();
+  result->surface = fitted->surface;
+  result->requested_degree = degree;
+  result->statistics = fitted->statistics;
+  result->residuals_m = geometry::vertical_residuals(result->surface, points);
+  result->box = geometry::footprint_box(points, geometry::Frame{});
+  if (!finite(*result)) {
+    return make_error(
+        ErrorCode::rank_deficient,
+        fmt::format("the points of \"{}\" are too close together or too far apart to fit", shape.id));
+  }
+  return std::shared_ptr<const FittedSurface>(std::move(result));
+}
+
+// The surface of the mirrored points, without fitting them: the same to the bit but for the frame (A12).
+std::shared_ptr<FittedSurface> mirror_image(const FittedSurface& fit, const geometry::Plane& plane) {
+  auto image = std::make_shared<FittedSurface>(fit);
+  image->frame = geometry::reflect_frame(fit.frame, plane);
+  image->surface = fit.surface.flipped_y();
+  image->box.centre.y() = -fit.box.centre.y();
+  return image;
+}
+
+void take(DualShape& shape, std::shared_ptr<const FittedSurface> fit, std::uint32_t degree) {
+  // The first fit shows the surface beside the points, so that something is seen to have happened.
+  if (!shape.fit && shape.representation == Representation::points)
+    shape.representation = Representation::both;
+  shape.requested_degree = degree;
+  shape.fit = std::move(fit);
+  shape.stale = false;
+}
+
+void note(const DualShape& shape, std::vector<std::string>& notes) {
+  const FittedSurface& fit = *shape.fit;
+  if (fit.surface.degree() < static_cast<int>(fit.requested_degree)) {
+    notes.push_back(fmt::format("\"{}\": its points carry degree {} only, not {}", shape.id,
+                                fit.surface.degree(), fit.requested_degree));
+  }
+  if (fit.frame_drift_rad > drift_warning_rad) {
+    notes.push_back(
+        fmt::format("\"{}\": its points now lie at {:.0f} degrees to its base plane; consider refit_plane",
+                    shape.id, fit.frame_drift_rad * 180.0 / std::numbers::pi));
+  }
+}
+
+Result<Outcome> fit_entity(const Document& document, const DualShape& before, std::uint32_t degree,
+                           BasePlane base_plane, const std::string& field) {
+  auto fitted = fit_points(before, degree, base_plane);
+  if (!fitted) {
+    Error error = fitted.error();
+    error.field = field;
+    return error;
+  }
+  Outcome outcome;
+  outcome.document = document;
+  DualShape shape = before;
+  take(shape, *fitted, degree);
+  note(shape, outcome.notes);
+  if (const EntityPtr linked = linked_partner(document, shape)) {
+    DualShape partner = *linked;
+    // All points of both came in pairs: the one is the mirror image of the other, and so are the surfaces.
+    const bool images =
+        shape.linked_from == 0 && partner.linked_from == 0 && shape.points.size() == partner.points.size();
+    if (images) {
+      auto image = mirror_image(*shape.fit, shape.plane);
+      // A frozen plane stays frozen to the bit; mirroring it to and fro would let it wander by rounding.
+      if (partner.fit && base_plane == BasePlane::frozen) image->frame = partner.fit->frame;
+      take(partner, std::move(image), degree);
+      put(outcome.document, std::move(partner));
+    } else if (auto own = fit_points(partner, degree, base_plane); own) {
+      take(partner, *own, degree);
+      note(partner, outcome.notes);
+      put(outcome.document, std::move(partner));
+    } else {
+      outcome.notes.push_back(fmt::format("\"{}\" could not be fitted: {}", partner.id, own.error().message));
+    }
+  }
+  put(outcome.document, std::move(shape));
+  return outcome;
+}
+
+}  // namespace
+
+Result<Outcome> fit(const Document& document, const handloft::v1::Fit& request, const ApplyContext& context) {
+  auto found = require_entity(document, request.entity(), "fit.entity");
+  if (!found) return found.error();
+  if (auto status = check_degree(request.degree(), "fit.degree", context.limits); !status)
+    return status.error();
+  const DualShape& shape = **found;
+  const std::uint32_t degree = request.degree() == 0 ? shape.requested_degree : request.degree();
+  // Fitting the same points again changes nothing.
+  const bool done = shape.fitted() && !shape.stale && shape.fit->requested_degree == degree &&
+                    shape.requested_degree == degree;
+  Outcome outcome;
+  if (done) {
+    outcome.document = document;
+    note(shape, outcome.notes);
+  } else {
+    auto fitted = fit_entity(document, shape, degree, BasePlane::frozen, "fit.entity");
+    if (!fitted) return fitted;
+    outcome = std::move(*fitted);
+  }
+  *outcome.effective.mutable_fit() = request;
+  outcome.effective.mutable_fit()->set_degree(degree);
+  outcome.words = fmt::format("Fit \"{}\"", shape.name);
+  return outcome;
+}
+
+Result<Outcome> refit_plane(const Document& document, const handloft::v1::RefitPlane& request,
+                            const ApplyContext&) {
+  auto found = require_entity(document, request.entity(), "refit_plane.entity");
+  if (!found) return found.error();
+  const DualShape& shape = **found;
+  auto outcome =
+      fit_entity(document, shape, shape.requested_degree, BasePlane::taken_anew, "refit_plane.entity");
+  if (!outcome) return outcome;
+  *outcome->effective.mutable_refit_plane() = request;
+  outcome->words = fmt::format("Take a new base plane for \"{}\"", shape.name);
+  return outcome;
+}
+
+}  // namespace handloft::model

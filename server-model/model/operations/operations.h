@@ -1,0 +1,59 @@
+#pragma once
+// The operations of a document, one file each: every function checks its message and makes the new document,
+// or says what is wrong and makes none. They are called through apply() (document.h), which adds what all
+// have in common.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/result.h"
+#include "proto/operation.pb.h"
+#include "server-model/model/document.h"
+
+namespace handloft::model {
+
+struct Outcome {
+  Document document;
+  handloft::v1::Operation effective;  ///< With ids and strokes resolved.
+  std::string words;
+  std::vector<std::string> notes;
+};
+
+Result<Outcome> create_dual_shape(const Document&, const handloft::v1::CreateDualShape&, const ApplyContext&);
+Result<Outcome> add_points(const Document&, const handloft::v1::AddPoints&, const ApplyContext&);
+Result<Outcome> set_symmetry(const Document&, const handloft::v1::SetSymmetry&, const ApplyContext&);
+Result<Outcome> fit(const Document&, const handloft::v1::Fit&, const ApplyContext&);
+Result<Outcome> refit_plane(const Document&, const handloft::v1::RefitPlane&, const ApplyContext&);
+Result<Outcome> set_superellipse(const Document&, const handloft::v1::SetSuperellipse&, const ApplyContext&);
+Result<Outcome> set_representation(const Document&, const handloft::v1::SetRepresentation&,
+                                   const ApplyContext&);
+Result<Outcome> rename(const Document&, const handloft::v1::Rename&, const ApplyContext&);
+Result<Outcome> delete_entity(const Document&, const handloft::v1::Delete&, const ApplyContext&);
+/// Only with `resolved` filled; failed_precondition otherwise.
+Result<Outcome> import_strokes(const Document&, const handloft::v1::ImportStrokes&, const ApplyContext&);
+
+// --- shared by several operations
+// -------------------------------------------------------------------------------
+
+/// Puts a changed shape in the place of the former one of its id.
+void put(Document& document, DualShape shape);
+
+/// Marks an id as used and adds the shape. Errors: already_exists, resource_exhausted.
+Status add_entity(Document& document, DualShape shape, std::string_view field, const Limits& limits);
+
+/// Adds points to a stroke, thinned (A1) and mirrored (A12) as the shape's symmetry says: on the first points
+/// under Symmetry::partner the partner shape is made. `stroke` continues a stroke or is stroke_count + 1.
+/// Appending in pieces gives the same as at once. O(points added). Errors: not_found, invalid_argument,
+/// resource_exhausted.
+Result<Document> extend_stroke(const Document& document, std::string_view entity, std::uint32_t stroke,
+                               const std::vector<DualPoint>& points, double min_spacing_m,
+                               const Limits& limits);
+
+/// The linked partner of a shape, null when there is none (yet).
+EntityPtr linked_partner(const Document& document, const DualShape& shape);
+
+/// Ends the shape's mirroring: its points and its partner stay as they are (A12).
+void release_symmetry(Document& document, DualShape& shape);
+
+}  // namespace handloft::model

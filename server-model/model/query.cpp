@@ -1,0 +1,198 @@
+#include "server-model/model/query.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "server-model/model/canonical.h"
+#include "server-model/model/validate.h"
+
+namespace handloft::model {
+
+namespace v1 = handloft::v1;
+
+namespace {
+
+void write(const geometry::Vec3& from, v1::Vec3& to) {
+  to.set_x(from.x());
+  to.set_y(from.y());
+  to.set_z(from.z());
+}
+
+void write(const geometry::Vec2& from, v1::Vec2& to) {
+  to.set_x(from.x());
+  to.set_y(from.y());
+}
+
+v1::Representation to_proto(Representation representation) {
+  switch (representation) {
+    case Representation::points:
+      return v1::REPRESENTATION_POINTS;
+    case Representation::surface:
+      return v1::REPRESENTATION_SURFACE;
+    case Representation::both:
+      return v1::REPRESENTATION_BOTH;
+  }
+  return v1::REPRESENTATION_UNSPECIFIED;
+}
+
+Error not_fitted(const DualShape& shape, std::string field) {
+  return make_error(ErrorCode::failed_precondition, fmt::format("\"{}\" is not fitted yet", shape.id),
+                    std::move(field));
+}
+
+Result<v1::QueryResult> surface(const v1::SurfaceQuery& query, const Document& document) {
+  auto found = require_entity(document, query.entity(), "surface.entity");
+  if (!found) return found.error();
+  const DualShape& shape = **found;
+  if (!shape.fit) return not_fitted(shape, "surface.entity");
+  const FittedSurface& fit = *shape.fit;
+  v1::QueryResult result;
+  v1::SurfaceResult& out = *result.mutable_surface();
+  out.set_entity(shape.id);
+  write(fit.frame.origin, *out.mutable_frame()->mutable_origin());
+  write(fit.frame.x_axis(), *out.mutable_frame()->mutable_x());
+  write(fit.frame.y_axis(), *out.mutable_frame()->mutable_y());
+  write(fit.frame.normal(), *out.mutable_frame()->mutable_z());
+  out.set_degree(static_cast<std::uint32_t>(fit.surface.degree()));
+  out.set_requested_degree(fit.requested_degree);
+  for (const double coefficient : fit.surface.coefficients()) out.add_coefficients(coefficient);
+  auto& residuals = *out.mutable_residuals();
+  residuals.set_count(static_cast<std::uint32_t>(fit.statistics.count));
+  residuals.set_rms_m(fit.statistics.rms);
+  residuals.set_weighted_rms_m(fit.statistics.weighted_rms);
+  residuals.set_max_m(fit.statistics.max);
+  out.set_point_count(static_cast<std::uint32_t>(shape.points.size()));
+  out.set_stale(shape.stale);
+  out.set_superellipse_exponent(shape.superellipse_exponent);
+  write(fit.box.centre, *out.mutable_box_centre());
+  write(fit.box.half_extent, *out.mutable_box_half_extent());
+  out.set_frame_drift_rad(fit.frame_drift_rad);
+  return result;
+}
+
+Result<v1::QueryResult> evaluate(const v1::EvaluateQuery& query, const Document& document,
+                                 const Limits& limits) {
+  auto found = require_entity(document, query.entity(), "evaluate.entity");
+  if (!found) return found.error();
+  const DualShape& shape = **found;
+  if (!shape.fit) return not_fitted(shape, "evaluate.entity");
+  auto superellipse = shape.superellipse();
+  if (!superellipse) return superellipse.error();
+  if (static_cast<std::size_t>(query.at_size()) > limits.max_points_per_query) {
+    return make_error(
+        ErrorCode::resource_exhausted,
+        fmt::format("found {} places, expected at most {}", query.at_size(), limits.max_points_per_query),
+        "evaluate.at");
+  }
+  const FittedSurface& fit = *shape.fit;
+  v1::QueryResult result;
+  v1::EvaluateResult& out = *result.mutable_evaluate();
+  out.set_entity(shape.id);
+  for (int i = 0; i < query.at_size(); ++i) {
+    const double x = query.at(i).x();
+    const double y = query.at(i).y();
+    for (const auto& [value, name] : {std::pair{x, "x"}, std::pair{y, "y"}}) {
+      // The path is only spelled out for a bad one.
+      if (std::isfinite(value) && std::abs(value) <= limits.max_coordinate_m) continue;
+      return check_coordinate(value, fmt::format("evaluate.at[{}].{}", i, name), limits).error();
+    }
+    const geometry::Vec3 position = fit.surface.world_point(fit.frame, x, y);
+    const geometry::Vec3 normal = fit.surface.world_normal(fit.frame, x, y);
+    if (!position.allFinite() || !normal.allFinite()) {
+      return make_error(ErrorCode::invalid_argument,
+                        "found a place where the surface leaves the range of numbers",
+                        fmt::format("evaluate.at[{}]", i));
+    }
+    write(position, *out.add_positions());
+    write(normal, *out.add_normals());
+    out.add_opacity(superellipse->opacity({x, y}));
+  }
+  return result;
+}
+
+Result<v1::QueryResult> points(const v1::PointsQuery& query, const Document& document, const Limits& limits) {
+  auto found = require_entity(document, query.entity(), "points.entity");
+  if (!found) return found.error();
+  const DualShape& shape = **found;
+  if (shape.points.size() > limits.max_points_per_query) {
+    return make_error(ErrorCode::resource_exhausted,
+                      fmt::format("\"{}\" has {} points, expected at most {}", shape.id, shape.points.size(),
+                                  limits.max_points_per_query),
+                      "points.entity");
+  }
+  v1::QueryResult result;
+  v1::PointsResult& out = *result.mutable_points();
+  out.set_entity(shape.id);
+  out.set_fitted(shape.fitted());
+  out.mutable_points()->Reserve(static_cast<int>(shape.points.size()));
+  for (std::size_t i = 0; i < shape.points.size(); ++i) {
+    const DualPoint& point = shape.points[i];
+    v1::PointResult& to = *out.add_points();
+    write(point.position(), *to.mutable_position());
+    to.set_pressure(point.pressure);
+    to.set_residual_m(shape.residual_m(i));
+    to.set_stroke(point.stroke);
+  }
+  return result;
+}
+
+v1::QueryResult entities(const Document& document, const RevisionOf& revision) {
+  v1::QueryResult result;
+  v1::EntitiesResult& out = *result.mutable_entities();
+  for (const auto& [id, shape] : document.entities) {
+    v1::EntityInfo& info = *out.add_entities();
+    info.set_id(id);
+    info.set_name(shape->name);
+    info.set_kind("dual_shape");
+    info.set_revision(revision ? revision(id) : 0);
+    info.set_representation(to_proto(shape->representation));
+    info.set_point_count(static_cast<std::uint32_t>(shape->points.size()));
+    info.set_fitted(shape->fitted());
+    info.set_degree(shape->fit ? static_cast<std::uint32_t>(shape->fit->surface.degree())
+                               : shape->requested_degree);
+    info.set_symmetry(std::string(to_string(shape->symmetry)));
+    info.set_partner(shape->partner);
+  }
+  return result;
+}
+
+v1::QueryResult history_of(const History& history) {
+  v1::QueryResult result;
+  v1::HistoryResult& out = *result.mutable_history();
+  for (std::size_t i = 0; i < history.undo_steps(); ++i) out.add_applied(history.steps()[i].words);
+  out.set_undo_steps(static_cast<std::uint32_t>(history.undo_steps()));
+  out.set_redo_steps(static_cast<std::uint32_t>(history.redo_steps()));
+  out.set_next_undo(history.next_undo());
+  out.set_next_redo(history.next_redo());
+  return result;
+}
+
+}  // namespace
+
+Result<v1::QueryResult> answer(const v1::Query& query, const Document& document, const History& history,
+                               const RevisionOf& revision, const Limits& limits) {
+  switch (query.body_case()) {
+    case v1::Query::kSurface:
+      return surface(query.surface(), document);
+    case v1::Query::kEvaluate:
+      return evaluate(query.evaluate(), document, limits);
+    case v1::Query::kPoints:
+      return points(query.points(), document, limits);
+    case v1::Query::kEntities:
+      return entities(document, revision);
+    case v1::Query::kHash: {
+      v1::QueryResult result;
+      result.mutable_hash()->set_sha256(document_hash(document));
+      return result;
+    }
+    case v1::Query::kHistory:
+      return history_of(history);
+    case v1::Query::BODY_NOT_SET:
+      break;
+  }
+  return make_error(ErrorCode::invalid_argument, "found no query that this build knows, expected one",
+                    "query");
+}
+
+}  // namespace handloft::model
