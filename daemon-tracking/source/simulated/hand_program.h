@@ -84,15 +84,30 @@ class HandProgram {
   void gesture(HandPose pose, const Eigen::Vector3d& centroid_m, double hold_s);
 
  private:
-  struct Segment;
-  struct Posture;
-  void move_to(const Posture& target, double min_duration_s);
+  struct Posture {
+    Eigen::Vector3d centroid_m{-0.02, -0.06, 0.13};
+    Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+    Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();
+    HandPose pose = HandPose::open;
+  };
+  struct Segment {
+    double begin_s = 0, duration_s = 0;
+    std::function<Eigen::Vector3d(double)> centroid_m;  ///< Of the time's fraction, 0..1.
+    std::function<double(double)> pressure;             ///< Likewise; empty: none.
+    Posture from, to;                                   ///< Pose and tilt go smoothly from one to the other.
+    HandPose contact_pose = HandPose::open;             ///< What the contacts say.
+  };
+  void move_to(const Posture& target);
   void append(Segment segment);
+  void follow(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
+              std::function<double(double)> pressure, const Posture& begin, const Posture& end);
   std::array<Eigen::Vector3d, finger_count> tremor_at(double time_s) const;
 
   HandOptions options_;
-  std::vector<std::shared_ptr<const Segment>> segments_;
+  std::vector<std::shared_ptr<const Segment>>
+      segments_;  ///< Shared: a program is copied into several devices.
   std::vector<HandEvent> events_;
+  Posture now_;
   double duration_s_ = 0;
 };
 

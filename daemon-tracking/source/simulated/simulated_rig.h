@@ -34,7 +34,7 @@ struct SimulatedRigOptions {
       std::chrono::milliseconds(4);  ///< From the middle of the exposure to arrival; <= 25 ms.
   double transfer_jitter_s = 0.0003;
   double glove_reports_per_s = 250.0;
-  int contact_bounces = 2;  ///< A closing or opening contact flips this often, report by report.
+  int contact_bounces = 1;  ///< A closing or opening contact flips this often, report by report.
   HeadMotion head;
   ImageOptions image;
 };
@@ -60,7 +60,7 @@ class SimulatedRig final : public SampleStream {
  public:
   SimulatedRig(Rig rig, HandProgram program, SimulatedRigOptions options = {});
   std::optional<Sample> next() override;
-  const SimulatedScene& scene() const { return *scene_; }
+  const std::shared_ptr<const SimulatedScene>& scene() const { return scene_; }
 
  private:
   std::shared_ptr<const SimulatedScene> scene_;
