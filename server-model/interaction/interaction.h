@@ -1,13 +1,13 @@
 #pragma once
-// From the hand to the model (architecture idea 2; A1, A12, A25): the open hand lays points while it presses, one gesture is
-// one stroke is one operation, provisional while it lasts; the hand on the table gives the command whose cell it touches
-// (common/base/table_palette.h). A deterministic function of the sequence of tracking frames and the document: time is the
-// frames' own.
+// From the hand to the model (architecture idea 2; A1, A12, A25): the open hand lays points while it presses,
+// one gesture is one stroke is one operation, provisional while it lasts; the hand on the table gives the
+// command whose cell it touches (common/base/table_palette.h). A deterministic function of the sequence of
+// tracking frames and the document: time is the frames' own.
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -19,17 +19,19 @@
 
 namespace handloft::interaction {
 
-/// What new strokes do (A12). The palette's symmetry cell steps through these in this order: a top surface wants its mirror
-/// image in the same set, a side surface a partner on the other side.
+/// What new strokes do (A12). The palette's symmetry cell steps through these in this order: a top surface
+/// wants its mirror image in the same set, a side surface a partner on the other side.
 enum class StrokeSymmetry { off, same_shape, partner };
 
 struct InteractionOptions {
-  /// A hand that is lost this long is gone: its gesture is cancelled. Shorter gaps (a hidden finger, a radio frame) only
-  /// leave out points.
+  /// A hand that is lost this long is gone: its gesture is cancelled. Shorter gaps (a hidden finger, a radio
+  /// frame) only leave out points.
   Duration grace = std::chrono::milliseconds(250);
   double min_spacing_m = 0.0;    ///< Arc-length thinning (A1); 0: one point a frame, as the paper does.
   std::uint32_t new_degree = 0;  ///< Of shapes made by hand; 0: the model's default (2, A4).
-  model::MirrorPlane symmetry_plane{};  ///< x = 0 through the table's origin: the mouse points along y.
+  model::MirrorPlane symmetry_plane{
+      Eigen::Vector3d::Zero(),
+      Eigen::Vector3d::UnitX()};  ///< x = 0 through the table's origin: the mouse points along y.
   HandCentreOptions centre;
   SampleLimits limits;
 };
@@ -47,9 +49,9 @@ struct InteractionStatistics {
 
 /// What one frame led to.
 struct FrameOutcome {
-  bool scene_changed = false;                 ///< The document, a gesture in the air, or the selection.
-  std::vector<model::Submitted> submitted;    ///< In order.
-  std::vector<std::string> problems;          ///< In words: ignored frames, refusals, cancellations.
+  bool scene_changed = false;               ///< The document, a gesture in the air, or the selection.
+  std::vector<model::Submitted> submitted;  ///< In order.
+  std::vector<std::string> problems;        ///< In words: ignored frames, refusals, cancellations.
 };
 
 /// What presence shows of a hand.
@@ -68,12 +70,12 @@ class Interaction {
 
   FrameOutcome on_frame(const v1::TrackingFrame& frame);
 
-  /// Nothing more comes (end of a recording, the daemon is gone): strokes in the air are committed, since a hand that we
-  /// did not see leave laid their points on purpose.
+  /// Nothing more comes (end of a recording, the daemon is gone): strokes in the air are committed, since a
+  /// hand that we did not see leave laid their points on purpose.
   FrameOutcome finish();
 
-  /// What gestures act on: the shape that the hand made or added to last, until "new shape"; empty when there is none or
-  /// it is gone (an undo takes it away, a redo brings it back).
+  /// What gestures act on: the shape that the hand made or added to last, until "new shape"; empty when there
+  /// is none or it is gone (an undo takes it away, a redo brings it back).
   std::string active_shape() const;
   /// Empty clears it. A stroke in the air goes on where it began.
   void select(std::string entity);
@@ -89,16 +91,21 @@ class Interaction {
     v1::Operation operation;  ///< With all of its points, to begin anew when the base changed beneath it.
   };
   struct Hand {
+    explicit Hand(const HandCentreOptions& options) : centre(options) {}
     HandCentre centre;
     std::optional<Stroke> stroke;
     std::optional<TimePoint> unusable_since;  ///< Of the present gap.
     bool touch_spent = false;                 ///< This touch of the table has given its command.
+    bool refused = false;  ///< The model refused this gesture's stroke: quiet until the next.
     HandActivity activity;
   };
 
   void on_hand(Hand& hand, const std::optional<HandSample>& sample, TimePoint now, FrameOutcome& outcome);
-  void on_gap(Hand& hand, TimePoint now, FrameOutcome& outcome);
-  void lay_point(Hand& hand, const Eigen::Vector3d& position, const HandSample& sample, FrameOutcome& outcome);
+  enum class Gap { hand_lost, gesture_unknown };
+
+  void on_gap(Hand& hand, Gap gap, TimePoint now, FrameOutcome& outcome);
+  void lay_point(Hand& hand, const Eigen::Vector3d& position, const HandSample& sample,
+                 FrameOutcome& outcome);
   v1::Operation new_stroke() const;
   std::string next_shape_id() const;
   bool begin_stroke(Hand& hand, v1::Operation operation, FrameOutcome& outcome);
@@ -108,6 +115,7 @@ class Interaction {
   bool submit(const v1::Operation& operation, FrameOutcome& outcome);
   bool submit_fit(FrameOutcome& outcome);
   bool toggle_representation(FrameOutcome& outcome);
+  bool show(model::Representation representation, FrameOutcome& outcome);
 
   model::Model& model_;
   InteractionOptions options_;

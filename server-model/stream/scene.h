@@ -1,0 +1,36 @@
+#pragma once
+// The scene as viewers are to see it at one moment: the document with the gestures in the air on top, and the
+// geometry derived from it. A value that shares everything with the document (architecture ideas 3 and 5), so
+// that any thread may read it while the model goes on.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "proto/scene.pb.h"
+#include "server-model/model/entity.h"
+
+namespace handloft::stream {
+
+struct SceneEntity {
+  model::EntityPtr shape;  ///< Never null.
+  std::uint64_t revision = 0;
+  bool provisional = false;
+  bool selected = false;
+  /// Packed triangles of shape->fit; null: not fitted, or not yet tessellated.
+  std::shared_ptr<const v1::Mesh> surface;
+
+  bool operator==(const SceneEntity&) const = default;  ///< By identity of what is shared.
+};
+
+struct Scene {
+  std::uint64_t epoch = 0;
+  std::uint64_t sequence = 0;
+  std::int64_t capture_time_ns = 0;  ///< Of the newest tracking frame that shaped it; 0: none.
+  std::map<std::string, SceneEntity> entities;
+  v1::HistoryState history;
+};
+using ScenePtr = std::shared_ptr<const Scene>;
+
+}  // namespace handloft::stream

@@ -1,0 +1,41 @@
+#include "server-model/stream/scene_builder.h"
+
+namespace handloft::stream {
+
+v1::HistoryState history_state(const model::History& history) {
+  v1::HistoryState state;
+  state.set_undo_steps(static_cast<std::uint32_t>(history.undo_steps()));
+  state.set_redo_steps(static_cast<std::uint32_t>(history.redo_steps()));
+  state.set_next_undo(history.next_undo());
+  state.set_next_redo(history.next_redo());
+  return state;
+}
+
+ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selected,
+                             std::int64_t capture_time_ns) {
+  auto scene = std::make_shared<Scene>();
+  scene->epoch = epoch_;
+  scene->sequence = model.sequence();
+  scene->capture_time_ns = capture_time_ns;
+  scene->history = history_state(model.history());
+  meshes_.begin_round();
+  const auto add = [&](const model::Document& document) {
+    for (const auto& [id, shape] : document.entities) {
+      SceneEntity& entity = scene->entities[id];
+      entity.shape = shape;
+      entity.revision = model.revision(id);
+      entity.provisional = model.is_provisional(id);
+      entity.selected = id == selected;
+      entity.surface = meshes_.find(*shape);
+    }
+  };
+  if (model.has_provisional()) {
+    add(model.preview());
+  } else {
+    add(model.document());
+  }
+  meshes_.end_round();
+  return scene;
+}
+
+}  // namespace handloft::stream

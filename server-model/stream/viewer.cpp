@@ -1,0 +1,182 @@
+#include "server-model/stream/viewer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "common/codec/point_codec.h"
+#include "server-model/geometry/fuzzy_point.h"
+
+namespace handloft::stream {
+namespace {
+
+/// The glove knows 1024 levels of pressure (A1), so quantising styles to them costs nothing.
+constexpr double pressure_levels = 1023.0;
+
+/// What an entity's state takes besides its points and mesh: names, flags, tags.
+constexpr std::size_t entity_overhead_bytes = 512;
+
+codec::FuzzyStyle style_of(std::uint32_t level) {
+  codec::FuzzyStyle style;
+  style.pressure = level / pressure_levels;
+  style.radius_m = static_cast<float>(geometry::fuzzy_radius(style.pressure));
+  const auto shells = geometry::fuzzy_shells(style.pressure);
+  for (std::size_t k = 0; k < shells.size(); ++k) {
+    style.shell_radius_m[k] = static_cast<float>(shells[k].radius_m);
+    style.shell_alpha[k] = static_cast<float>(shells[k].alpha);
+  }
+  return style;
+}
+
+bool looks_alike(const model::DualPoint& a, const model::DualPoint& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z && a.pressure == b.pressure;
+}
+
+v1::Representation to_proto(model::Representation representation) {
+  switch (representation) {
+    case model::Representation::points:
+      return v1::REPRESENTATION_POINTS;
+    case model::Representation::surface:
+      return v1::REPRESENTATION_SURFACE;
+    case model::Representation::both:
+      return v1::REPRESENTATION_BOTH;
+  }
+  return v1::REPRESENTATION_UNSPECIFIED;
+}
+
+bool same(const v1::HistoryState& a, const v1::HistoryState& b) {
+  return a.undo_steps() == b.undo_steps() && a.redo_steps() == b.redo_steps() &&
+         a.next_undo() == b.next_undo() && a.next_redo() == b.next_redo();
+}
+
+}  // namespace
+
+std::size_t common_prefix(const model::PointCloud& a, const model::PointCloud& b) {
+  const std::size_t chunks = std::min(a.chunk_count(), b.chunk_count());
+  std::size_t prefix = 0;
+  for (std::size_t i = 0; i < chunks; ++i) {
+    const auto left = a.chunk(i);
+    const auto right = b.chunk(i);
+    const std::size_t shared = std::min(left.size(), right.size());
+    if (left.data() != right.data()) {
+      for (std::size_t k = 0; k < shared; ++k) {
+        if (!looks_alike(left[k], right[k])) return prefix + k;
+      }
+    }
+    prefix += shared;
+  }
+  return prefix;
+}
+
+Result<v1::PointCloud> pack_points(const model::PointCloud& points, std::size_t first, std::size_t end) {
+  codec::PointTail tail;
+  tail.first = static_cast<std::uint32_t>(first);
+  tail.total = static_cast<std::uint32_t>(end);
+  tail.positions.reserve(end - first);
+  tail.styles.reserve(end - first);
+  std::unordered_map<std::uint32_t, std::uint16_t> style_index;
+  double reach_m = 0.0;
+  for (std::size_t i = first; i < end; ++i) {
+    const model::DualPoint& point = points[i];
+    tail.positions.push_back({point.x, point.y, point.z});
+    reach_m = std::max({reach_m, std::abs(point.x), std::abs(point.y), std::abs(point.z)});
+    const auto level = static_cast<std::uint32_t>(std::lround(point.pressure * pressure_levels));
+    const auto [at, inserted] = style_index.emplace(level, static_cast<std::uint16_t>(tail.palette.size()));
+    if (inserted) tail.palette.push_back(style_of(level));
+    tail.styles.push_back(at->second);
+  }
+  // A micrometre, unless the points lie kilometres away.
+  codec::PointCodecOptions options;
+  options.step_m = std::max(options.step_m, reach_m / std::numeric_limits<std::int32_t>::max());
+  return codec::encode_points(tail, options);
+}
+
+void Viewer::reset() {
+  begun_ = false;
+  held_.clear();
+}
+
+bool Viewer::is_current(const Held& held, const SceneEntity& entity) const {
+  const bool surface_current = !entity.surface || held.surface == entity.surface;
+  return surface_current && held.points == entity.shape->points.size() && held.entity.shape == entity.shape &&
+         held.entity.revision == entity.revision && held.entity.provisional == entity.provisional &&
+         held.entity.selected == entity.selected;
+}
+
+void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity,
+                    v1::EntityState& state) const {
+  const model::DualShape& shape = *entity.shape;
+  state.set_id(id);
+  state.set_revision(entity.revision);
+  state.set_name(shape.name);
+  state.set_representation(to_proto(shape.representation));
+  state.set_provisional(entity.provisional);
+  state.set_selected(entity.selected);
+  state.set_surface_shown(shape.fitted());
+  if (shape.fit) state.set_residual_rms_m(shape.fit->statistics.rms);
+
+  const std::size_t common =
+      held.entity.shape ? std::min(held.points, common_prefix(held.entity.shape->points, shape.points)) : 0;
+  const std::size_t end = std::min(shape.points.size(), common + limits_.max_points_per_message);
+  if (common != held.points || end != common) {
+    auto packed = pack_points(shape.points, common, end);
+    // The model's limits keep every point within the codec's reach.
+    if (packed) *state.mutable_points() = *std::move(packed);
+  }
+  held.points = end;
+  if (!shape.fitted()) {
+    held.surface = nullptr;
+  } else if (entity.surface && held.surface != entity.surface) {
+    *state.mutable_surface() = *entity.surface;
+    held.surface = entity.surface;
+  }
+  held.entity = entity;
+}
+
+std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
+  v1::Envelope envelope;
+  std::size_t bytes = 0;
+  const auto add_changed = [&](auto& list) {
+    for (const auto& [id, entity] : scene.entities) {
+      if (bytes >= limits_.max_message_bytes) return;  // the rest follows
+      Held& held = held_[id];
+      if (held.entity.shape && is_current(held, entity)) continue;
+      v1::EntityState& state = *list.Add();
+      update(held, id, entity, state);
+      bytes += entity_overhead_bytes + state.points().positions().size() + state.points().styles().size() +
+               state.surface().positions().size() + state.surface().normals().size() +
+               state.surface().opacity().size() + state.surface().indices().size();
+    }
+  };
+
+  if (!begun_) {
+    v1::SceneSnapshot& snapshot = *envelope.mutable_snapshot();
+    snapshot.set_epoch(scene.epoch);
+    snapshot.set_sequence(scene.sequence);
+    *snapshot.mutable_history() = scene.history;
+    add_changed(*snapshot.mutable_entities());
+  } else {
+    v1::SceneDelta& delta = *envelope.mutable_delta();
+    delta.set_epoch(scene.epoch);
+    delta.set_sequence(scene.sequence);
+    delta.set_capture_time_ns(scene.capture_time_ns);
+    *delta.mutable_history() = scene.history;
+    for (auto held = held_.begin(); held != held_.end();) {
+      const bool gone = !scene.entities.contains(held->first);
+      if (gone) delta.add_removed(held->first);
+      held = gone ? held_.erase(held) : std::next(held);
+    }
+    add_changed(*delta.mutable_changed());
+    if (delta.changed().empty() && delta.removed().empty() && sequence_ == scene.sequence &&
+        same(history_, scene.history)) {
+      return std::nullopt;
+    }
+  }
+  begun_ = true;
+  sequence_ = scene.sequence;
+  history_ = scene.history;
+  return envelope;
+}
+
+}  // namespace handloft::stream

@@ -1,0 +1,59 @@
+#pragma once
+// What one viewer has, and what to send it next (architecture idea 5): a snapshot to begin with, then what
+// differs between what it has and the scene as it is at the moment of sending. So a slow viewer is never sent
+// a backlog, a late joiner is no special case, and a growing stroke costs its new points only.
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "proto/session.pb.h"
+#include "server-model/stream/scene.h"
+
+namespace handloft::stream {
+
+struct ViewerLimits {
+  /// Larger scenes are sent in several messages, well below the frame limit of 16 MiB.
+  std::size_t max_message_bytes = 4U << 20;
+  std::size_t max_points_per_message = 200'000;  ///< 14 bytes each: 2.8 MB
+};
+
+/// How many leading points of two clouds look alike (position and pressure). O(chunks) when they share their
+/// elements.
+std::size_t common_prefix(const model::PointCloud& a, const model::PointCloud& b);
+
+/// Points [first, end) as viewers get them: quantised, with the fuzzy styles they use (A2, A3).
+/// Errors: those of codec::encode_points().
+Result<v1::PointCloud> pack_points(const model::PointCloud& points, std::size_t first, std::size_t end);
+
+/// Not thread-safe.
+class Viewer {
+ public:
+  explicit Viewer(ViewerLimits limits = {}) : limits_(limits) {}
+
+  /// The next message towards `scene`: a SceneSnapshot first, then SceneDelta; nullopt when the viewer has it
+  /// all. The message counts as delivered.
+  std::optional<v1::Envelope> next(const Scene& scene);
+
+  /// The viewer has nothing (any more): the next message is a snapshot.
+  void reset();
+
+ private:
+  struct Held {
+    SceneEntity entity;
+    std::size_t points = 0;  ///< Of entity.shape's, from the first: large clouds go in pieces.
+    std::shared_ptr<const v1::Mesh> surface;
+  };
+  bool is_current(const Held& held, const SceneEntity& entity) const;
+  void update(Held& held, const std::string& id, const SceneEntity& entity, v1::EntityState& state) const;
+
+  ViewerLimits limits_;
+  bool begun_ = false;
+  std::uint64_t sequence_ = 0;
+  v1::HistoryState history_;
+  std::map<std::string, Held> held_;
+};
+
+}  // namespace handloft::stream
