@@ -39,7 +39,8 @@ class ContactDebouncer {
   struct Pad {
     bool raw = false;
     bool pending = false;  ///< raw differs from the debounced state
-    TimePoint first_edge;  ///< of the run of edges that led to here
+    bool edge_seen = false;  ///< first_edge is valid
+    TimePoint first_edge;    ///< Of the run of edges that led to here
     TimePoint stable_since;
     TimePoint changed;
   };

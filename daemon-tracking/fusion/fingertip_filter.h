@@ -54,6 +54,9 @@ class FingertipFilter {
   double update(const Expected& expectation, const Eigen::Vector2d& pixel, const Eigen::Matrix2d& covariance,
                 std::uint32_t camera, TimePoint time);
 
+  /// A camera took part in where the filter started.
+  void mark_seen(std::uint32_t camera, TimePoint time);
+
   TimePoint time() const { return time_; }
   const Vector6d& mean() const { return mean_; }
   const Matrix6d& covariance() const { return covariance_; }

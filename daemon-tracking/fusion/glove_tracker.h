@@ -39,8 +39,6 @@ class GloveTracker {
   void describe(FusedHand& hand) const;
 
  private:
-  void settle(TimePoint time);
-
   GloveOptions options_;
   ContactDebouncer contacts_;
   GestureClassifier gesture_;

@@ -38,6 +38,13 @@ struct HandFilterOptions {
   double colour_weight = 1.0;  ///< Of -log colour likelihood against half the Mahalanobis distance.
   int gated_before_reset = 5;  ///< Running refusals after which a finger is placed anew.
   int swap_frames = 3;  ///< Running frames a swapped pair of labels must explain better before it is swapped.
+  double swap_margin = 4.0;  ///< By how much (in cost) it must explain better.
+  double unplaced_cost =
+      4.0;  ///< Of a blob for a finger that has no place yet: half of a blob's plausible surprise.
+  double occlusion_share =
+      0.7;  ///< A blob smaller than this share of the expected image is taken as half hidden.
+  Duration sight_span =
+      std::chrono::milliseconds(80);  ///< Longest gap over which a 2D track is interpolated.
   double min_tip_distance_m =
       0.008;  ///< Two fingertips nearer than this are one: the less sure one is dropped.
   double model_sigma_px =
@@ -74,7 +81,7 @@ class HandFilter {
   TipAt at(Finger finger, TimePoint time, const PredictionLimits& limits) const;
 
   TimePoint newest() const { return newest_; }
-  const Counters& counters() const { return counters_; }
+  Counters counters() const;
   void reset();
 
  private:
@@ -99,15 +106,19 @@ class HandFilter {
     std::array<FingertipFilter, finger_count> tips;
     std::array<std::vector<std::array<Sight, 2>>, finger_count> sights;  ///< [finger][camera]{newest, before}
     std::array<std::array<int, finger_count>, finger_count> swap_votes{};
-    Counters counters;
+    TimePoint time;
+    Counters counters;  ///< As of this state: what was replayed is counted once
   };
 
-  HandFilter(std::vector<Camera> cameras, const HandFilterOptions& options);
+  HandFilter(std::vector<Camera> cameras, double tip_radius_m, const HandFilterOptions& options);
   void apply(State& state, const Measurement& measurement) const;
   void associate(State& state, const Measurement& measurement,
                  std::array<int, finger_count>& blob_of_finger) const;
   void remember_sights(State& state, const Measurement& measurement,
                        const std::array<int, finger_count>& blob_of_finger) const;
+  Eigen::Matrix2d blob_covariance(const FingertipFilter& tip, const FingertipBlob& blob,
+                                  const Camera& camera) const;
+  double colour_cost(const FingertipBlob& blob, int finger) const;
   void place_finger(State& state, int finger, const Measurement& measurement) const;
   void repair_labels(State& state, const Measurement& measurement,
                      const std::array<int, finger_count>& blob_of_finger) const;
@@ -115,11 +126,13 @@ class HandFilter {
   FusedTip describe(const FingertipFilter& tip, TimePoint time, const PredictionLimits& limits) const;
 
   std::vector<Camera> cameras_;
+  double tip_radius_m_;
   HandFilterOptions options_;
   State initial_;
   ReplayHistory<State, Measurement> history_;
   TimePoint newest_;
-  Counters counters_;
+  std::uint64_t replayed_ = 0;
+  std::uint64_t dropped_ = 0;
 };
 
 }  // namespace handloft::tracking

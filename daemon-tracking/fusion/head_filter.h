@@ -67,17 +67,15 @@ class HeadFilter {
   HeadAt at(TimePoint time, const PredictionLimits& limits) const;
 
   TimePoint newest() const { return newest_; }
-  const Counters& counters() const { return counters_; }
+  Counters counters() const;
   void reset();
 
  private:
-  using Vector12d = Eigen::Matrix<double, 12, 1>;
   using Matrix12d = Eigen::Matrix<double, 12, 12>;
   struct Camera {
     CameraModel model;
     CameraRole role;
-    Eigen::Isometry3d world_from_camera;
-    Eigen::Isometry3d head_from_camera;
+    Eigen::Isometry3d carrier_from_camera;  ///< In the world (table camera) or in the head's frame
   };
   struct Measurement {
     std::uint32_t camera = 0;
@@ -113,7 +111,8 @@ class HeadFilter {
   HeadFilterOptions options_;
   ReplayHistory<State, Measurement> history_;
   TimePoint newest_;
-  Counters counters_;
+  std::uint64_t replayed_ = 0;
+  std::uint64_t dropped_ = 0;
 };
 
 }  // namespace handloft::tracking

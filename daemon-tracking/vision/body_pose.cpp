@@ -97,10 +97,11 @@ Status check(std::span<const BodyView> views, const std::optional<PosePrior>& pr
   std::size_t corners = 0;
   for (const BodyView& view : views) {
     if (view.camera == nullptr || !view.carrier_from_camera.matrix().allFinite())
-      return make_error(ErrorCode::invalid_argument, "found a view without a camera or with a pose that is not finite",
-                        "views");
+      return make_error(ErrorCode::invalid_argument,
+                        "found a view without a camera or with a pose that is not finite", "views");
     if (view.corners.size() % corners_per_tag != 0)
-      return make_error(ErrorCode::invalid_argument, "found a part of a tag, expected four corners for each", "views");
+      return make_error(ErrorCode::invalid_argument, "found a part of a tag, expected four corners for each",
+                        "views");
     for (const CornerMeasurement& corner : view.corners)
       if (!corner.point_m.allFinite() || !corner.pixel.allFinite())
         return make_error(ErrorCode::invalid_argument, "found a corner that is not finite", "views.corners");
@@ -128,7 +129,8 @@ void add_square_poses(const BodyView& view, std::size_t first, std::vector<Eigen
 
   // OpenCV wants top left, top right, bottom right, bottom left.
   const double half = 0.5 * edge;
-  const std::vector<cv::Point3d> square{{-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
+  const std::vector<cv::Point3d> square{
+      {-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
   std::vector<cv::Point2d> image;
   for (std::size_t corner : {3, 2, 1, 0}) {
     const auto point = view.camera->unproject(view.corners[first + corner].pixel);
@@ -151,7 +153,8 @@ void add_square_poses(const BodyView& view, std::size_t first, std::vector<Eigen
     Eigen::Isometry3d camera_from_tag = Eigen::Isometry3d::Identity();
     camera_from_tag.linear() = rotation_from_vector(rotation).toRotationMatrix();
     camera_from_tag.translation() = translation;
-    const Eigen::Isometry3d carrier_from_seen = view.carrier_from_camera * camera_from_tag * seen_from_tag.inverse();
+    const Eigen::Isometry3d carrier_from_seen =
+        view.carrier_from_camera * camera_from_tag * seen_from_tag.inverse();
     candidates.push_back(view.on == CameraOn::base ? carrier_from_seen : carrier_from_seen.inverse());
   }
 }
@@ -246,8 +249,10 @@ Eigen::Vector3d vector_from_rotation(const Eigen::Quaterniond& rotation) {
 
 std::array<Eigen::Vector3d, 4> tag_corners(const TagPlacement& tag) {
   const double half = 0.5 * tag.edge_m;
-  return {tag.body_from_tag * Eigen::Vector3d(-half, -half, 0), tag.body_from_tag * Eigen::Vector3d(half, -half, 0),
-          tag.body_from_tag * Eigen::Vector3d(half, half, 0), tag.body_from_tag * Eigen::Vector3d(-half, half, 0)};
+  return {tag.body_from_tag * Eigen::Vector3d(-half, -half, 0),
+          tag.body_from_tag * Eigen::Vector3d(half, -half, 0),
+          tag.body_from_tag * Eigen::Vector3d(half, half, 0),
+          tag.body_from_tag * Eigen::Vector3d(-half, half, 0)};
 }
 
 BodyView make_view(const CameraModel& camera, CameraOn on, const Eigen::Isometry3d& carrier_from_camera,
@@ -286,8 +291,8 @@ Result<BodyPose> solve_body_pose(std::span<const BodyView> views, const std::opt
          first += corners_per_tag)
       add_square_poses(view, first, candidates);
 
-  // Every candidate against all corners; the best few are refined. The prior has no say before that: it must not
-  // keep a start from being tried.
+  // Every candidate against all corners; the best few are refined. The prior has no say before that: it must
+  // not keep a start from being tried.
   struct Scored {
     double cost;
     std::size_t index;
@@ -297,7 +302,8 @@ Result<BodyPose> solve_body_pose(std::span<const BodyView> views, const std::opt
     const Normal normal = evaluate(views, candidates[i], std::nullopt, Matrix6d::Zero(), options);
     if (normal.visible) scored.push_back({normal.cost, i});
   }
-  std::stable_sort(scored.begin(), scored.end(), [](const Scored& a, const Scored& b) { return a.cost < b.cost; });
+  std::stable_sort(scored.begin(), scored.end(),
+                   [](const Scored& a, const Scored& b) { return a.cost < b.cost; });
   if (scored.size() > refined_candidates) scored.resize(refined_candidates);
   std::optional<Refined> best, second;
   for (const Scored& candidate : scored) {

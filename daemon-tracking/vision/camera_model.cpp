@@ -40,7 +40,8 @@ Distorted distort(const std::array<double, 5>& k, double x, double y) {
 
 Result<CameraModel> CameraModel::create(const CameraIntrinsics& intrinsics) {
   const auto bad = [](const char* field, double found, const char* expected) {
-    return make_error(ErrorCode::invalid_argument, fmt::format("found {}, expected {}", found, expected), field);
+    return make_error(ErrorCode::invalid_argument, fmt::format("found {}, expected {}", found, expected),
+                      field);
   };
   if (intrinsics.width_px < 1 || intrinsics.width_px > max_image_side_px)
     return bad("intrinsics.width_px", intrinsics.width_px, "1..8192");
@@ -131,7 +132,8 @@ std::optional<Eigen::Vector3d> CameraModel::ray(const Eigen::Vector2d& pixel) co
 }
 
 bool CameraModel::contains(const Eigen::Vector2d& pixel, double margin_px) const {
-  return pixel.x() >= margin_px && pixel.y() >= margin_px && pixel.x() <= intrinsics_.width_px - 1 - margin_px &&
+  return pixel.x() >= margin_px && pixel.y() >= margin_px &&
+         pixel.x() <= intrinsics_.width_px - 1 - margin_px &&
          pixel.y() <= intrinsics_.height_px - 1 - margin_px;
 }
 

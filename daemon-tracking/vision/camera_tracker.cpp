@@ -18,7 +18,8 @@ Result<CameraTracker> CameraTracker::create(const Rig& rig, std::uint32_t camera
                                             const CameraTrackerOptions& options) {
   if (camera >= rig.cameras.size())
     return make_error(ErrorCode::not_found,
-                      fmt::format("found camera {}, but the rig has {}", camera, rig.cameras.size()), "camera");
+                      fmt::format("found camera {}, but the rig has {}", camera, rig.cameras.size()),
+                      "camera");
   const CameraCalibration& calibration = rig.cameras[camera];
   TagTrackerOptions tag_options = options.tags;
   tag_options.known_ids.clear();
@@ -38,14 +39,17 @@ Result<CameraObservation> CameraTracker::process(const CameraFrame& frame) {
     return make_error(ErrorCode::invalid_argument, std::move(message), field);
   };
   if (frame.camera != camera_)
-    return refuse(fmt::format("found a frame of camera {}, expected {}", frame.camera, camera_), "frame.camera");
-  if (frame.width_px != calibration_.intrinsics.width_px || frame.height_px != calibration_.intrinsics.height_px)
-    return refuse(fmt::format("found {} x {}, but '{}' is calibrated for {} x {}", frame.width_px, frame.height_px,
-                              calibration_.name, calibration_.intrinsics.width_px, calibration_.intrinsics.height_px),
-                  "frame.size");
+    return refuse(fmt::format("found a frame of camera {}, expected {}", frame.camera, camera_),
+                  "frame.camera");
+  if (frame.width_px != calibration_.intrinsics.width_px ||
+      frame.height_px != calibration_.intrinsics.height_px)
+    return refuse(
+        fmt::format("found {} x {}, but '{}' is calibrated for {} x {}", frame.width_px, frame.height_px,
+                    calibration_.name, calibration_.intrinsics.width_px, calibration_.intrinsics.height_px),
+        "frame.size");
   if (started_ && frame.capture_time <= last_time_)
-    return refuse(fmt::format("found {} ns, expected more than the frame before ({} ns)", to_ns(frame.capture_time),
-                              to_ns(last_time_)),
+    return refuse(fmt::format("found {} ns, expected more than the frame before ({} ns)",
+                              to_ns(frame.capture_time), to_ns(last_time_)),
                   "frame.capture_time");
   const auto now = [this] { return stopwatch_ != nullptr ? stopwatch_->now() : TimePoint{}; };
 

@@ -41,15 +41,17 @@ Result<FingertipTracker> FingertipTracker::create(const std::array<FingertipColo
     given[finger] = true;
     if (!std::isfinite(colour.cb) || !std::isfinite(colour.cr) || !(colour.sigma_cb > 0.1) ||
         !(colour.sigma_cr > 0.1) || !(colour.sigma_cb < 128) || !(colour.sigma_cr < 128))
-      return make_error(ErrorCode::invalid_argument,
-                        fmt::format("found ({}, {}) +- ({}, {}), expected finite chroma and deviations of 0.1..128",
-                                    colour.cb, colour.cr, colour.sigma_cb, colour.sigma_cr),
-                        "rig.colours");
+      return make_error(
+          ErrorCode::invalid_argument,
+          fmt::format("found ({}, {}) +- ({}, {}), expected finite chroma and deviations of 0.1..128",
+                      colour.cb, colour.cr, colour.sigma_cb, colour.sigma_cr),
+          "rig.colours");
     tracker.model_[finger].mean = {colour.cb, colour.cr};
     tracker.model_[finger].covariance =
         Eigen::Vector2d(colour.sigma_cb * colour.sigma_cb, colour.sigma_cr * colour.sigma_cr).asDiagonal();
   }
-  if (options.whole_frame_every < 1 || options.whole_frame_when_lost_every < 1 || options.max_blobs_per_finger < 1)
+  if (options.whole_frame_every < 1 || options.whole_frame_when_lost_every < 1 ||
+      options.max_blobs_per_finger < 1)
     return make_error(ErrorCode::invalid_argument, "found a count below 1", "fingertips.whole_frame_every");
   tracker.factory_ = tracker.model_;
   tracker.build_table();
@@ -76,7 +78,8 @@ void FingertipTracker::build_table() {
       for (int finger = 0; finger < finger_count; ++finger) {
         const ChromaGaussian& gaussian = model_[static_cast<std::size_t>(finger)];
         const Eigen::Vector2d difference = Eigen::Vector2d(cb, cr) - gaussian.mean;
-        if (difference.dot(gaussian.covariance.inverse() * difference) > options_.gate_sigmas * options_.gate_sigmas)
+        if (difference.dot(gaussian.covariance.inverse() * difference) >
+            options_.gate_sigmas * options_.gate_sigmas)
           continue;
         const double ratio = log_ratio(finger, cb, cr);
         if (ratio <= best) continue;
@@ -107,12 +110,13 @@ void FingertipTracker::reset() {
   build_table();
 }
 
-std::vector<FingertipTracker::Region> FingertipTracker::regions(const PlanarImage& image, TimePoint capture_time) {
+std::vector<FingertipTracker::Region> FingertipTracker::regions(const PlanarImage& image,
+                                                                TimePoint capture_time) {
   const int width = image.cb.width_px, height = image.cb.height_px;
   bool missing = false;
   for (const Track& track : tracks_) missing = missing || !track.seen;
-  const auto interval = static_cast<std::uint64_t>(missing ? options_.whole_frame_when_lost_every
-                                                           : options_.whole_frame_every);
+  const auto interval =
+      static_cast<std::uint64_t>(missing ? options_.whole_frame_when_lost_every : options_.whole_frame_every);
   const Region whole{0, 0, width, height};
   if (frames_++ % interval == 0) return {whole};
   std::vector<Region> out;
@@ -123,9 +127,9 @@ std::vector<FingertipTracker::Region> FingertipTracker::regions(const PlanarImag
     const Eigen::Vector2d centre = track.centre_px + motion;
     const double radius = options_.roi_radius_px + track.radius_px + 0.5 * motion.norm();
     const auto low = [](double value, int step) { return static_cast<int>(std::floor(value / step)); };
-    Region region{low(centre.x() - radius, image.chroma_step_x), low(centre.y() - radius, image.chroma_step_y),
-                  low(centre.x() + radius, image.chroma_step_x) + 1,
-                  low(centre.y() + radius, image.chroma_step_y) + 1};
+    Region region{
+        low(centre.x() - radius, image.chroma_step_x), low(centre.y() - radius, image.chroma_step_y),
+        low(centre.x() + radius, image.chroma_step_x) + 1, low(centre.y() + radius, image.chroma_step_y) + 1};
     region.x0 = std::clamp(region.x0, 0, width);
     region.x1 = std::clamp(region.x1, 0, width);
     region.y0 = std::clamp(region.y0, 0, height);
@@ -137,9 +141,10 @@ std::vector<FingertipTracker::Region> FingertipTracker::regions(const PlanarImag
   for (std::size_t i = 0; i < out.size();) {
     bool merged = false;
     for (std::size_t j = i + 1; j < out.size(); ++j) {
-      if (out[i].x0 > out[j].x1 || out[j].x0 > out[i].x1 || out[i].y0 > out[j].y1 || out[j].y0 > out[i].y1) continue;
-      out[i] = {std::min(out[i].x0, out[j].x0), std::min(out[i].y0, out[j].y0), std::max(out[i].x1, out[j].x1),
-                std::max(out[i].y1, out[j].y1)};
+      if (out[i].x0 > out[j].x1 || out[j].x0 > out[i].x1 || out[i].y0 > out[j].y1 || out[j].y0 > out[i].y1)
+        continue;
+      out[i] = {std::min(out[i].x0, out[j].x0), std::min(out[i].y0, out[j].y0),
+                std::max(out[i].x1, out[j].x1), std::max(out[i].y1, out[j].y1)};
       out.erase(out.begin() + static_cast<std::ptrdiff_t>(j));
       merged = true;
       break;
@@ -149,7 +154,8 @@ std::vector<FingertipTracker::Region> FingertipTracker::regions(const PlanarImag
   return out;
 }
 
-void FingertipTracker::search(const PlanarImage& image, const Region& region, std::vector<FingertipBlob>& blobs) {
+void FingertipTracker::search(const PlanarImage& image, const Region& region,
+                              std::vector<FingertipBlob>& blobs) {
   const int width = region.x1 - region.x0, height = region.y1 - region.y0;
   const int step_x = image.chroma_step_x, step_y = image.chroma_step_y;
   mask_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -192,16 +198,16 @@ void FingertipTracker::search(const PlanarImage& image, const Region& region, st
         Sums& sum = sums[static_cast<std::size_t>(row[x])];
         const int chroma_x = region.x0 + x, chroma_y = region.y0 + y;
         const int cb = image.cb.at(chroma_x, chroma_y), cr = image.cr.at(chroma_x, chroma_y);
-        const double weight = static_cast<double>(
-            weight_[static_cast<std::size_t>((cb >> 1) * table_side + (cr >> 1))]);
+        const double weight =
+            static_cast<double>(weight_[static_cast<std::size_t>((cb >> 1) * table_side + (cr >> 1))]);
         sum.weight += weight;
         sum.x += weight * (chroma_x * step_x + 0.5 * (step_x - 1));
         sum.y += weight * (chroma_y * step_y + 0.5 * (step_y - 1));
         sum.cb += weight * cb;
         sum.cr += weight * cr;
         ++sum.count;
-        sum.at_border = sum.at_border || chroma_x == 0 || chroma_y == 0 || chroma_x == image.cb.width_px - 1 ||
-                        chroma_y == image.cb.height_px - 1;
+        sum.at_border = sum.at_border || chroma_x == 0 || chroma_y == 0 ||
+                        chroma_x == image.cb.width_px - 1 || chroma_y == image.cb.height_px - 1;
       }
     }
     std::vector<FingertipBlob> found;

@@ -23,7 +23,9 @@ void shape(Plane& plane, int width, int height) {
   plane.samples.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
 }
 
-void clear(Plane& plane) { shape(plane, 0, 0); }
+void clear(Plane& plane) {
+  shape(plane, 0, 0);
+}
 
 Error corrupt(std::string message) {
   return make_error(ErrorCode::data_corrupt, std::move(message), "frame.bytes");
@@ -50,20 +52,26 @@ Result<const PlanarImage*> FrameDecoder::decode(const CameraFrame& frame, Decode
   if (frame.width_px < 1 || frame.height_px < 1 || frame.width_px > max_image_side_px ||
       frame.height_px > max_image_side_px)
     return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found {} x {} pixels, expected sides of 1..{}", frame.width_px, frame.height_px,
-                                  max_image_side_px),
+                      fmt::format("found {} x {} pixels, expected sides of 1..{}", frame.width_px,
+                                  frame.height_px, max_image_side_px),
                       "frame.size");
   if (!frame.bytes) return corrupt("found no bytes, expected a picture");
   Status status;
   switch (frame.format) {
-    case PixelFormat::mjpeg: status = decode_jpeg(frame, planes); break;
-    case PixelFormat::yuyv: status = decode_yuyv(frame, planes); break;
-    case PixelFormat::grey: status = decode_grey(frame); break;
+    case PixelFormat::mjpeg:
+      status = decode_jpeg(frame, planes);
+      break;
+    case PixelFormat::yuyv:
+      status = decode_yuyv(frame, planes);
+      break;
+    case PixelFormat::grey:
+      status = decode_grey(frame);
+      break;
     default:
-      return make_error(ErrorCode::unsupported,
-                        fmt::format("found {}, expected 1 (MJPEG), 2 (YUYV) or 3 (GREY)",
-                                    static_cast<int>(frame.format)),
-                        "frame.format");
+      return make_error(
+          ErrorCode::unsupported,
+          fmt::format("found {}, expected 1 (MJPEG), 2 (YUYV) or 3 (GREY)", static_cast<int>(frame.format)),
+          "frame.format");
   }
   if (!status) return status.error();
   return &image_;
@@ -73,16 +81,19 @@ Status FrameDecoder::decode_jpeg(const CameraFrame& frame, DecodePlanes planes) 
   const auto& bytes = *frame.bytes;
   if (handle_->jpeg == nullptr) return make_error(ErrorCode::internal, "libturbojpeg gave no decompressor");
   if (bytes.size() < min_jpeg_bytes || bytes.size() > max_jpeg_bytes)
-    return corrupt(fmt::format("found {} bytes, expected {}..{}", bytes.size(), min_jpeg_bytes, max_jpeg_bytes));
+    return corrupt(
+        fmt::format("found {} bytes, expected {}..{}", bytes.size(), min_jpeg_bytes, max_jpeg_bytes));
   if (bytes[0] != 0xFF || bytes[1] != 0xD8) return corrupt("found no start-of-image marker");
-  // A truncated picture is routine on USB and decodes to half a picture and grey: refused. Drivers pad the end.
+  // A truncated picture is routine on USB and decodes to half a picture and grey: refused. Drivers pad the
+  // end.
   std::size_t end = bytes.size();
   while (end > 2 && bytes[end - 1] == 0x00) --end;
-  if (bytes[end - 2] != 0xFF || bytes[end - 1] != 0xD9) return corrupt("found no end-of-image marker: truncated");
+  if (bytes[end - 2] != 0xFF || bytes[end - 1] != 0xD9)
+    return corrupt("found no end-of-image marker: truncated");
 
   int width = 0, height = 0, subsampling = 0, colourspace = 0;
-  if (tjDecompressHeader3(handle_->jpeg, bytes.data(), static_cast<unsigned long>(end), &width, &height, &subsampling,
-                          &colourspace) != 0)
+  if (tjDecompressHeader3(handle_->jpeg, bytes.data(), static_cast<unsigned long>(end), &width, &height,
+                          &subsampling, &colourspace) != 0)
     return corrupt(fmt::format("JPEG header: {}", tjGetErrorStr2(handle_->jpeg)));
   if (width != frame.width_px || height != frame.height_px)
     return corrupt(fmt::format("found a JPEG of {} x {}, expected {} x {}", width, height, frame.width_px,
@@ -90,9 +101,11 @@ Status FrameDecoder::decode_jpeg(const CameraFrame& frame, DecodePlanes planes) 
   const bool grey = colourspace == TJCS_GRAY;
   if (!grey && colourspace != TJCS_YCbCr)
     return make_error(ErrorCode::unsupported,
-                      fmt::format("found JPEG colour space {}, expected grey or YCbCr", colourspace), "frame.bytes");
+                      fmt::format("found JPEG colour space {}, expected grey or YCbCr", colourspace),
+                      "frame.bytes");
   if (subsampling < 0 || subsampling >= TJ_NUMSAMP)
-    return make_error(ErrorCode::unsupported, fmt::format("found JPEG subsampling {}", subsampling), "frame.bytes");
+    return make_error(ErrorCode::unsupported, fmt::format("found JPEG subsampling {}", subsampling),
+                      "frame.bytes");
 
   // The accurate inverse DCT is libjpeg's default; the fast one has known faults with scaled chroma.
   constexpr int flags = TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING;
@@ -100,8 +113,8 @@ Status FrameDecoder::decode_jpeg(const CameraFrame& frame, DecodePlanes planes) 
     shape(image_.y, width, height);
     clear(image_.cb);
     clear(image_.cr);
-    if (tjDecompress2(handle_->jpeg, bytes.data(), static_cast<unsigned long>(end), image_.y.samples.data(), width, 0,
-                      height, TJPF_GRAY, flags) != 0)
+    if (tjDecompress2(handle_->jpeg, bytes.data(), static_cast<unsigned long>(end), image_.y.samples.data(),
+                      width, 0, height, TJPF_GRAY, flags) != 0)
       return corrupt(fmt::format("JPEG: {}", tjGetErrorStr2(handle_->jpeg)));
     return {};
   }
@@ -119,8 +132,8 @@ Status FrameDecoder::decode_jpeg(const CameraFrame& frame, DecodePlanes planes) 
   }
   image_.chroma_step_x = tjMCUWidth[subsampling] / 8;
   image_.chroma_step_y = tjMCUHeight[subsampling] / 8;
-  if (tjDecompressToYUVPlanes(handle_->jpeg, bytes.data(), static_cast<unsigned long>(end), pointers.data(), width,
-                              nullptr, height, flags) != 0)
+  if (tjDecompressToYUVPlanes(handle_->jpeg, bytes.data(), static_cast<unsigned long>(end), pointers.data(),
+                              width, nullptr, height, flags) != 0)
     return corrupt(fmt::format("JPEG: {}", tjGetErrorStr2(handle_->jpeg)));
   if (image_.y.width_px != width || image_.y.height_px != height) {
     // Planes are padded to the chroma's multiple; luma is cut back to the picture.
@@ -141,7 +154,8 @@ Status FrameDecoder::decode_yuyv(const CameraFrame& frame, DecodePlanes planes) 
                       "frame.size");
   const auto& bytes = *frame.bytes;
   const std::size_t expected = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 2;
-  if (bytes.size() < expected) return corrupt(fmt::format("found {} bytes, expected {}", bytes.size(), expected));
+  if (bytes.size() < expected)
+    return corrupt(fmt::format("found {} bytes, expected {}", bytes.size(), expected));
   shape(image_.y, width, height);
   for (std::size_t i = 0; i < image_.y.samples.size(); ++i) image_.y.samples[i] = bytes[2 * i];
   if (planes == DecodePlanes::luma) {

@@ -80,19 +80,23 @@ TagTracker& TagTracker::operator=(TagTracker&&) noexcept = default;
 
 Result<TagTracker> TagTracker::create(const TagTrackerOptions& options) {
   if (options.known_ids.size() > max_known_ids)
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found {} tags, expected at most {}", options.known_ids.size(), max_known_ids),
-                      "tags.known_ids");
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found {} tags, expected at most {}", options.known_ids.size(), max_known_ids),
+        "tags.known_ids");
   if (!(options.search_decimation >= 1.0 && options.search_decimation <= 4.0))
-    return make_error(ErrorCode::invalid_argument, fmt::format("found {}, expected 1..4", options.search_decimation),
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {}, expected 1..4", options.search_decimation),
                       "tags.search_decimation");
   if (options.whole_frame_every < 1 || options.whole_frame_when_lost_every < 1)
-    return make_error(ErrorCode::invalid_argument, "found a number of frames below 1", "tags.whole_frame_every");
+    return make_error(ErrorCode::invalid_argument, "found a number of frames below 1",
+                      "tags.whole_frame_every");
   auto state = std::make_unique<State>();
   state->options = options;
   state->family.reset(tag36h11_create());
   state->detector.reset(apriltag_detector_create());
-  if (!state->family || !state->detector) return make_error(ErrorCode::internal, "libapriltag gave no detector");
+  if (!state->family || !state->detector)
+    return make_error(ErrorCode::internal, "libapriltag gave no detector");
   state->detector->nthreads = 1;
   state->detector->quad_sigma = 0.0f;
   state->detector->refine_edges = true;
@@ -120,8 +124,10 @@ void TagTracker::State::detect(const Plane& luma, const Box& region, double deci
   for (int i = 0; i < zarray_size(detections); ++i) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(detections, i, &detection);
-    if (detection->hamming > options.max_hamming || detection->decision_margin < options.min_decision_margin) continue;
-    if (std::find(options.known_ids.begin(), options.known_ids.end(), detection->id) == options.known_ids.end())
+    if (detection->hamming > options.max_hamming || detection->decision_margin < options.min_decision_margin)
+      continue;
+    if (std::find(options.known_ids.begin(), options.known_ids.end(), detection->id) ==
+        options.known_ids.end())
       continue;
     TagDetection tag;
     tag.id = detection->id;
@@ -134,14 +140,16 @@ void TagTracker::State::detect(const Plane& luma, const Box& region, double deci
                                 detection->p[corner][1] + y0 - pixel_centre};
       const Eigen::Vector2d& at = tag.corners_px[corner];
       usable = usable && at.allFinite() && at.x() >= options.border_px && at.y() >= options.border_px &&
-               at.x() <= luma.width_px - 1 - options.border_px && at.y() <= luma.height_px - 1 - options.border_px;
+               at.x() <= luma.width_px - 1 - options.border_px &&
+               at.y() <= luma.height_px - 1 - options.border_px;
     }
     tag.shortest_edge_px = (tag.corners_px[3] - tag.corners_px[0]).norm();
     for (std::size_t corner = 0; corner < 3; ++corner)
       tag.shortest_edge_px =
           std::min(tag.shortest_edge_px, (tag.corners_px[corner + 1] - tag.corners_px[corner]).norm());
     if (!usable || tag.shortest_edge_px < options.min_edge_px) continue;
-    const auto known = std::find_if(found.begin(), found.end(), [&](const auto& other) { return other.id == tag.id; });
+    const auto known =
+        std::find_if(found.begin(), found.end(), [&](const auto& other) { return other.id == tag.id; });
     if (known == found.end()) {
       found.push_back(tag);
     } else if (tag.decision_margin > known->decision_margin) {
@@ -159,8 +167,8 @@ std::vector<Box> TagTracker::State::regions(const Plane& luma, TimePoint time) c
     const double size = std::max(track.box.x1 - track.box.x0, track.box.y1 - track.box.y0);
     const double grow = options.roi_growth * size + options.roi_margin_px + 0.5 * motion.norm() +
                         static_cast<double>(track.missed) * options.roi_margin_px;
-    Box box{track.box.x0 + motion.x() - grow, track.box.y0 + motion.y() - grow, track.box.x1 + motion.x() + grow,
-            track.box.y1 + motion.y() + grow};
+    Box box{track.box.x0 + motion.x() - grow, track.box.y0 + motion.y() - grow,
+            track.box.x1 + motion.x() + grow, track.box.y1 + motion.y() + grow};
     box.x0 = std::clamp(box.x0, 0.0, static_cast<double>(luma.width_px));
     box.x1 = std::clamp(box.x1, 0.0, static_cast<double>(luma.width_px));
     box.y0 = std::clamp(box.y0, 0.0, static_cast<double>(luma.height_px));
@@ -227,7 +235,8 @@ TagTracker::Found TagTracker::track(const Plane& luma, TimePoint capture_time) {
                  state.options.search_decimation, everywhere);
     // What a region showed at full resolution stands; the search only adds.
     for (const TagDetection& tag : everywhere)
-      if (std::none_of(found.tags.begin(), found.tags.end(), [&](const auto& other) { return other.id == tag.id; }))
+      if (std::none_of(found.tags.begin(), found.tags.end(),
+                       [&](const auto& other) { return other.id == tag.id; }))
         found.tags.push_back(tag);
   }
   std::sort(found.tags.begin(), found.tags.end(), [](const auto& a, const auto& b) { return a.id < b.id; });

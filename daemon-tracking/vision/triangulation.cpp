@@ -9,7 +9,9 @@ namespace handloft::tracking {
 
 namespace {
 
-Error disagree(const char* message) { return make_error(ErrorCode::failed_precondition, message, "views"); }
+Error disagree(const char* message) {
+  return make_error(ErrorCode::failed_precondition, message, "views");
+}
 
 }  // namespace
 
@@ -21,7 +23,8 @@ Result<TriangulatedPoint> triangulate(std::span<const PointView> views, const Tr
   for (const PointView& view : views) {
     if (view.camera == nullptr || !view.pixel.allFinite() || !view.covariance.allFinite() ||
         !view.world_from_camera.matrix().allFinite() || !(view.covariance.determinant() > 0.0))
-      return make_error(ErrorCode::invalid_argument, "found a view that is not finite or has no covariance", "views");
+      return make_error(ErrorCode::invalid_argument, "found a view that is not finite or has no covariance",
+                        "views");
     const auto ray = view.camera->ray(view.pixel);
     if (!ray) return disagree("found a pixel that no direction belongs to");
     rays.push_back(view.world_from_camera.linear() * *ray);
@@ -34,8 +37,8 @@ Result<TriangulatedPoint> triangulate(std::span<const PointView> views, const Tr
   TriangulatedPoint out;
   for (std::size_t i = 0; i < rays.size(); ++i)
     for (std::size_t j = i + 1; j < rays.size(); ++j)
-      out.widest_angle_rad =
-          std::max(out.widest_angle_rad, std::atan2(rays[i].cross(rays[j]).norm(), std::abs(rays[i].dot(rays[j]))));
+      out.widest_angle_rad = std::max(
+          out.widest_angle_rad, std::atan2(rays[i].cross(rays[j]).norm(), std::abs(rays[i].dot(rays[j]))));
   if (out.widest_angle_rad < options.min_ray_angle_rad) return disagree("the rays are too parallel to meet");
   out.position_m = lhs.ldlt().solve(rhs);
 
@@ -56,11 +59,13 @@ Result<TriangulatedPoint> triangulate(std::span<const PointView> views, const Tr
       out.worst_sigmas = std::max(out.worst_sigmas, std::sqrt(residual.dot(weight * residual)));
     }
     const Eigen::LDLT<Eigen::Matrix3d> factor(information);
-    if (factor.info() != Eigen::Success || !factor.isPositive()) return disagree("the views do not fix a point");
+    if (factor.info() != Eigen::Success || !factor.isPositive())
+      return disagree("the views do not fix a point");
     out.covariance = factor.solve(Eigen::Matrix3d::Identity());
     if (iteration < options.iterations) out.position_m += factor.solve(gradient);
   }
-  if (!out.position_m.allFinite() || !out.covariance.allFinite()) return disagree("the views do not fix a point");
+  if (!out.position_m.allFinite() || !out.covariance.allFinite())
+    return disagree("the views do not fix a point");
   if (out.worst_sigmas > options.max_sigmas) return disagree("the views disagree: not one point");
   out.covariance = 0.5 * (out.covariance + out.covariance.transpose()).eval();
   return out;
