@@ -1,0 +1,89 @@
+#pragma once
+// The scene as a viewer holds it: a value made of immutable, shared parts, so that the network thread can build the
+// next one while the frame loop draws the last (V5). Lengths in metres, world frame.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace handloft::client {
+
+struct Vec3f {
+  float x = 0.0F, y = 0.0F, z = 0.0F;
+  bool operator==(const Vec3f&) const = default;
+};
+
+/// Five nested spheres, outer to inner, composited 'over' in that order (A2, A3); as the server decided them.
+struct ShellStyle {
+  float radius_m = 0.0F;
+  std::array<float, 5> shell_radius_m{};
+  std::array<float, 5> shell_alpha{};
+  bool operator==(const ShellStyle&) const = default;
+};
+
+/// A point as the graphics card reads it: 16 bytes.
+struct FuzzyPoint {
+  Vec3f position;
+  std::uint32_t style = 0;  ///< Index into PointSet::styles, always valid.
+};
+
+struct PointSet {
+  std::vector<FuzzyPoint> points;
+  std::vector<ShellStyle> styles;
+};
+
+/// A vertex as the graphics card reads it: 28 bytes.
+struct SurfaceVertex {
+  Vec3f position;
+  Vec3f normal;          ///< Unit.
+  float opacity = 1.0F;  ///< 0..1 (A23)
+};
+
+struct SurfaceMesh {
+  std::vector<SurfaceVertex> vertices;
+  std::vector<std::uint32_t> indices;  ///< Three a triangle, always valid.
+};
+
+struct SceneCurve {
+  std::vector<Vec3f> points;
+  bool closed = false;
+  std::uint32_t colour_rgba = 0;
+};
+
+enum class Representation { points, surface, both };
+
+struct Entity {
+  std::string id;
+  std::string name;
+  std::uint64_t revision = 0;
+  Representation representation = Representation::points;
+  bool provisional = false;
+  bool selected = false;
+  std::shared_ptr<const PointSet> points;      ///< Null: none.
+  std::uint32_t settled_points = 0;            ///< Those that stood before the gesture that is in the air.
+  std::shared_ptr<const SurfaceMesh> surface;  ///< Null: none.
+  std::shared_ptr<const std::vector<SceneCurve>> curves;
+  double residual_rms_m = 0.0;
+
+  bool shows_points() const { return points != nullptr && representation != Representation::surface; }
+  bool shows_surface() const { return surface != nullptr && representation != Representation::points; }
+};
+
+struct History {
+  std::uint32_t undo_steps = 0;
+  std::uint32_t redo_steps = 0;
+  std::string next_undo;
+  std::string next_redo;
+};
+
+struct Scene {
+  std::uint64_t epoch = 0;     ///< Changes with every start of the server.
+  std::uint64_t sequence = 0;  ///< Operations applied.
+  std::map<std::string, std::shared_ptr<const Entity>> entities;
+  History history;
+};
+
+}  // namespace handloft::client

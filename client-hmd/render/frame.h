@@ -1,0 +1,82 @@
+#pragma once
+// All that one picture shows, as a value: what the renderer is given for every frame. World frame, metres.
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client-hmd/mirror/scene.h"
+#include "client-hmd/render/image.h"
+#include "client-hmd/view/pinhole.h"
+#include "common/base/table_palette.h"
+
+namespace handloft::client {
+
+/// A filmed picture and the camera that took it (its pose is the Eye's).
+struct FilmedPicture {
+  std::shared_ptr<const Image> image;
+  std::uint64_t serial = 0;  ///< Another number: another picture, to be uploaded again.
+  Pinhole camera;            ///< With distortion.
+};
+
+/// One fingertip of the cursor.
+struct FingerMark {
+  glm::vec3 position{0.0F};
+  glm::vec3 colour{1.0F};  ///< Linear RGB.
+  float opacity = 1.0F;    ///< Below 1: predicted, not seen.
+};
+
+/// Where the next point would be laid, and with what certainty.
+struct PressureMark {
+  glm::vec3 centre{0.0F};
+  float pressure = 0.0F;  ///< 0..1
+  bool pressing = false;
+};
+
+/// New strokes are mirrored at this plane (A12).
+struct SymmetryHint {
+  glm::vec3 origin{0.0F};
+  glm::vec3 normal{0.0F, 1.0F, 0.0F};
+};
+
+/// A rounded rectangle in output pixels, origin top left.
+struct OverlayPanel {
+  glm::vec2 position{0.0F};
+  glm::vec2 size{0.0F};
+  float radius_px = 8.0F;
+  glm::vec4 fill{0.0F};  ///< sRGB and opacity, not premultiplied.
+};
+
+enum class TextAlign { left, centre, right };
+
+/// A line of text in output pixels; `position` is on the baseline.
+struct OverlayText {
+  std::string text;  ///< UTF-8
+  glm::vec2 position{0.0F};
+  float height_px = 16.0F;
+  glm::vec4 colour{1.0F};
+  TextAlign align = TextAlign::left;
+};
+
+/// Drawn last, panels before texts.
+struct Overlay {
+  std::vector<OverlayPanel> panels;
+  std::vector<OverlayText> texts;
+};
+
+struct Frame {
+  std::shared_ptr<const Scene> scene;  ///< Null: an empty one.
+  Eye eye;
+  std::optional<FilmedPicture> film;
+  std::vector<FingerMark> fingers;
+  std::optional<PressureMark> pressure;
+  std::optional<SymmetryHint> symmetry;
+  std::optional<PaletteCommand> touched;  ///< The palette's cell under the hand.
+  Overlay overlay;
+  glm::mat3 warp{1.0F};  ///< rotation_warp(): drawn pixel from display pixel.
+};
+
+}  // namespace handloft::client

@@ -1,0 +1,95 @@
+#include "client-hmd/render/gl.h"
+
+#include <glm/gtc/type_ptr.hpp>
+#include <string>
+#include <vector>
+
+namespace handloft::client {
+namespace {
+
+Result<GLuint> compile(GLenum stage, std::string_view name, std::span<const std::string_view> parts) {
+  constexpr std::string_view version = "#version 330 core\n";
+  std::vector<const char*> sources{version.data()};
+  std::vector<GLint> lengths{static_cast<GLint>(version.size())};
+  for (const std::string_view part : parts) {
+    sources.push_back(part.data());
+    lengths.push_back(static_cast<GLint>(part.size()));
+  }
+  const GLuint shader = glCreateShader(stage);
+  glShaderSource(shader, static_cast<GLsizei>(sources.size()), sources.data(), lengths.data());
+  glCompileShader(shader);
+  GLint compiled = GL_FALSE;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+  if (compiled == GL_TRUE) return shader;
+  std::string log(4096, '\0');
+  GLsizei length = 0;
+  glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &length, log.data());
+  log.resize(static_cast<std::size_t>(length));
+  glDeleteShader(shader);
+  return make_error(ErrorCode::internal, "shader " + std::string(name) + " does not compile: " + log);
+}
+
+}  // namespace
+
+GlProgram::~GlProgram() {
+  if (id_ != 0) glDeleteProgram(id_);
+}
+
+GlProgram& GlProgram::operator=(GlProgram&& other) noexcept {
+  if (this != &other) {
+    if (id_ != 0) glDeleteProgram(id_);
+    id_ = std::exchange(other.id_, 0);
+  }
+  return *this;
+}
+
+Result<GlProgram> GlProgram::build(std::string_view name, std::span<const std::string_view> vertex_parts,
+                                   std::span<const std::string_view> fragment_parts) {
+  const Result<GLuint> vertex = compile(GL_VERTEX_SHADER, name, vertex_parts);
+  if (!vertex) return vertex.error();
+  const Result<GLuint> fragment = compile(GL_FRAGMENT_SHADER, name, fragment_parts);
+  if (!fragment) {
+    glDeleteShader(*vertex);
+    return fragment.error();
+  }
+  GlProgram program;
+  program.id_ = glCreateProgram();
+  glAttachShader(program.id_, *vertex);
+  glAttachShader(program.id_, *fragment);
+  glLinkProgram(program.id_);
+  glDeleteShader(*vertex);
+  glDeleteShader(*fragment);
+  GLint linked = GL_FALSE;
+  glGetProgramiv(program.id_, GL_LINK_STATUS, &linked);
+  if (linked == GL_TRUE) return program;
+  std::string log(4096, '\0');
+  GLsizei length = 0;
+  glGetProgramInfoLog(program.id_, static_cast<GLsizei>(log.size()), &length, log.data());
+  log.resize(static_cast<std::size_t>(length));
+  return make_error(ErrorCode::internal, "program " + std::string(name) + " does not link: " + log);
+}
+
+void GlProgram::set(const char* name, int value) const { glUniform1i(glGetUniformLocation(id_, name), value); }
+void GlProgram::set(const char* name, float value) const { glUniform1f(glGetUniformLocation(id_, name), value); }
+void GlProgram::set(const char* name, const glm::vec2& value) const {
+  glUniform2fv(glGetUniformLocation(id_, name), 1, glm::value_ptr(value));
+}
+void GlProgram::set(const char* name, const glm::vec3& value) const {
+  glUniform3fv(glGetUniformLocation(id_, name), 1, glm::value_ptr(value));
+}
+void GlProgram::set(const char* name, const glm::vec4& value) const {
+  glUniform4fv(glGetUniformLocation(id_, name), 1, glm::value_ptr(value));
+}
+void GlProgram::set(const char* name, const glm::mat3& value) const {
+  glUniformMatrix3fv(glGetUniformLocation(id_, name), 1, GL_FALSE, glm::value_ptr(value));
+}
+void GlProgram::set(const char* name, const glm::mat4& value) const {
+  glUniformMatrix4fv(glGetUniformLocation(id_, name), 1, GL_FALSE, glm::value_ptr(value));
+}
+
+void bind_texture(int unit, GLenum target, GLuint texture) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(target, texture);
+}
+
+}  // namespace handloft::client

@@ -1,0 +1,33 @@
+#pragma once
+// The cursor and other marks in space: fingertips as small lit balls, the ring that shows pressure, the plane of
+// symmetry, and curves as ribbons of constant width on the screen.
+
+#include "client-hmd/render/frame.h"
+#include "client-hmd/render/surface_pass.h"
+
+namespace handloft::client {
+
+class MarkPass {
+ public:
+  static Result<MarkPass> create();
+
+  /// Fingertips that are seen, and curves: with depth.
+  void draw_opaque(const Frame& frame, const EyeUniforms& eye);
+  /// Fingertips that are predicted, and the plane of symmetry.
+  void draw_transparent(const Frame& frame, const EyeUniforms& eye, Stage stage);
+  /// The ring of pressure: over everything, since the eye steers by it.
+  void draw_cursor(const Frame& frame, const EyeUniforms& eye);
+
+ private:
+  void draw_balls(const Frame& frame, const EyeUniforms& eye, Stage stage);
+
+  GlProgram ball_;
+  GlProgram plane_;
+  GlProgram ring_;
+  GlProgram ribbon_;
+  GlVertexArray no_vertices_;
+  GlVertexArray ribbon_array_;
+  GlBuffer ribbon_buffer_;
+};
+
+}  // namespace handloft::client

@@ -1,0 +1,77 @@
+#include "client-hmd/render/offscreen_context.h"
+
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <string>
+
+namespace handloft::client {
+namespace {
+
+Error refused(const char* step) {
+  return make_error(ErrorCode::unsupported,
+                    fmt::format("no offscreen OpenGL 3.3: {} failed with EGL error {:#06x}; is libegl-mesa0 and "
+                                "libgl1-mesa-dri (or a driver with EGL) installed?",
+                                step, static_cast<unsigned>(eglGetError())));
+}
+
+EGLDisplay open_display() {
+  if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless") &&
+      epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
+    EGLDisplay display = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr);
+    if (display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr) == EGL_TRUE) return display;
+  }
+  EGLDisplay display = eglGetDisplay(EGL_DEFAULT_DISPLAY);
+  if (display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr) == EGL_TRUE) return display;
+  return EGL_NO_DISPLAY;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<OffscreenContext>> OffscreenContext::create() {
+  std::unique_ptr<OffscreenContext> self(new OffscreenContext);
+  EGLDisplay display = open_display();
+  if (display == EGL_NO_DISPLAY) return refused("eglInitialize");
+  self->display_ = display;
+  if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return refused("eglBindAPI");
+
+  constexpr std::array<EGLint, 5> config_attributes{EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
+                                                    EGL_OPENGL_BIT, EGL_NONE};
+  EGLConfig config = nullptr;
+  EGLint configs = 0;
+  if (eglChooseConfig(display, config_attributes.data(), &config, 1, &configs) != EGL_TRUE || configs < 1) {
+    return refused("eglChooseConfig");
+  }
+  constexpr std::array<EGLint, 7> context_attributes{EGL_CONTEXT_MAJOR_VERSION,
+                                                     3,
+                                                     EGL_CONTEXT_MINOR_VERSION,
+                                                     3,
+                                                     EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                                     EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                                     EGL_NONE};
+  EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, context_attributes.data());
+  if (context == EGL_NO_CONTEXT) return refused("eglCreateContext");
+  self->context_ = context;
+
+  EGLSurface surface = EGL_NO_SURFACE;
+  if (!epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context")) {
+    constexpr std::array<EGLint, 5> pbuffer_attributes{EGL_WIDTH, 1, EGL_HEIGHT, 1, EGL_NONE};
+    surface = eglCreatePbufferSurface(display, config, pbuffer_attributes.data());
+    if (surface == EGL_NO_SURFACE) return refused("eglCreatePbufferSurface");
+    self->surface_ = surface;
+  }
+  if (eglMakeCurrent(display, surface, surface, context) != EGL_TRUE) return refused("eglMakeCurrent");
+  return self;
+}
+
+OffscreenContext::~OffscreenContext() {
+  if (display_ == nullptr) return;
+  eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  if (surface_ != nullptr) eglDestroySurface(display_, surface_);
+  if (context_ != nullptr) eglDestroyContext(display_, context_);
+  eglTerminate(display_);
+}
+
+}  // namespace handloft::client

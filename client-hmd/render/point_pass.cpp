@@ -1,0 +1,164 @@
+#include "client-hmd/render/point_pass.h"
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace handloft::client {
+namespace {
+
+// Each style takes three texels: r1..r4 | r5 a1 a2 a3 | a4 a5 radius 0.
+constexpr int floats_per_style = 12;
+
+constexpr std::string_view vertex_glsl = R"glsl(
+layout(location = 0) in vec3 a_position;
+layout(location = 1) in uint a_style;
+uniform mat4 u_eye_from_world;
+uniform mat4 u_clip_from_eye;
+uniform samplerBuffer u_styles;
+uniform float u_focal_px;
+uniform float u_smallest_px;
+uniform vec3 u_laid;
+uniform vec3 u_in_the_air;
+uniform int u_settled;  // Points that stand in the model; those behind are a gesture in the air.
+flat out vec3 ink;
+out vec2 corner;
+out float eye_depth;
+flat out float radius[5];
+flat out float alpha[5];
+void main() {
+  ink = gl_InstanceID < u_settled ? u_laid : u_in_the_air;
+  int at = int(a_style) * 3;
+  vec4 s0 = texelFetch(u_styles, at);
+  vec4 s1 = texelFetch(u_styles, at + 1);
+  vec4 s2 = texelFetch(u_styles, at + 2);
+  radius = float[5](s0.x, s0.y, s0.z, s0.w, s1.x);
+  alpha = float[5](s1.y, s1.z, s1.w, s2.x, s2.y);
+  vec4 in_eye = u_eye_from_world * vec4(a_position, 1.0);
+  eye_depth = -in_eye.z;
+  // The most certain points are the smallest: below a pixel they would vanish, so they are drawn a little larger.
+  float outer = s2.z;
+  float on_screen = outer * u_focal_px / max(eye_depth, 1e-3);
+  float grow = max(1.0, u_smallest_px / max(on_screen, 1e-4));
+  for (int k = 0; k < 5; ++k) radius[k] *= grow;
+  float reach = outer * grow + 1.0 * max(eye_depth, 1e-3) / u_focal_px;
+  corner = (vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0) * reach;
+  in_eye.xy += corner;
+  gl_Position = u_clip_from_eye * in_eye;
+}
+)glsl";
+
+constexpr std::string_view fragment_glsl = R"glsl(
+in vec2 corner;
+in float eye_depth;
+flat in float radius[5];
+flat in float alpha[5];
+flat in vec3 ink;
+void main() {
+  float r = length(corner);
+  float soft = 0.75 * max(fwidth(r), 1e-6);
+  float transmitted = 1.0;
+  for (int k = 0; k < 5; ++k) {
+    float inside = 1.0 - smoothstep(radius[k] - soft, radius[k] + soft, r);
+    transmitted *= 1.0 - alpha[k] * inside;
+  }
+  // A hint of roundness: lighter up left, as the studio's key light would have it.
+  vec2 slope = corner / max(radius[0], 1e-6);
+  float lit = 1.0 + 0.30 * dot(slope, vec2(-0.5, 0.6));
+  emit(ink * lit, min(1.0 - transmitted, 0.98), eye_depth);
+}
+)glsl";
+
+// Linear RGB: ink on paper for what is laid, warm for the stroke in the air.
+constexpr glm::vec3 laid_ink{0.012F, 0.055F, 0.17F};
+constexpr glm::vec3 provisional_ink{0.75F, 0.16F, 0.035F};
+constexpr float smallest_point_px = 1.6F;
+
+const void* offset(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
+
+}  // namespace
+
+float shells_opacity(const ShellStyle& style, float r_m) {
+  float transmitted = 1.0F;
+  for (std::size_t k = 0; k < style.shell_radius_m.size(); ++k) {
+    if (r_m < style.shell_radius_m[k]) transmitted *= 1.0F - style.shell_alpha[k];
+  }
+  return 1.0F - transmitted;
+}
+
+Result<PointPass> PointPass::create() {
+  const std::array vertex{vertex_glsl};
+  const std::array fragment{emit_glsl, fragment_glsl};
+  Result<GlProgram> program = GlProgram::build("points", vertex, fragment);
+  if (!program) return program.error();
+  PointPass pass;
+  pass.program_ = std::move(*program);
+  return pass;
+}
+
+void PointPass::update(const Scene& scene) {
+  std::erase_if(residents_, [&scene](const auto& item) {
+    const auto found = scene.entities.find(item.first);
+    return found == scene.entities.end() || found->second->points == nullptr;
+  });
+  for (const auto& [id, entity] : scene.entities) {
+    if (entity->points == nullptr) continue;
+    Resident& resident = residents_[id];
+    if (resident.points == entity->points) continue;
+    if (!resident.array) {
+      resident.array = GlVertexArray::create();
+      resident.instances = GlBuffer::create();
+      resident.styles = GlBuffer::create();
+      resident.style_texture = GlTexture::create();
+    }
+    resident.points = entity->points;
+    const PointSet& set = *entity->points;
+    glBindVertexArray(resident.array.id());
+    glBindBuffer(GL_ARRAY_BUFFER, resident.instances.id());
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(set.points.size() * sizeof(FuzzyPoint)),
+                 set.points.data(), GL_DYNAMIC_DRAW);
+    glEnableVertexAttribArray(0);
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(FuzzyPoint), offset(offsetof(FuzzyPoint, position)));
+    glVertexAttribDivisor(0, 1);
+    glEnableVertexAttribArray(1);
+    glVertexAttribIPointer(1, 1, GL_UNSIGNED_INT, sizeof(FuzzyPoint), offset(offsetof(FuzzyPoint, style)));
+    glVertexAttribDivisor(1, 1);
+    glBindVertexArray(0);
+
+    std::vector<float> texels;
+    texels.reserve(set.styles.size() * floats_per_style);
+    for (const ShellStyle& style : set.styles) {
+      texels.insert(texels.end(), style.shell_radius_m.begin(), style.shell_radius_m.end());
+      texels.insert(texels.end(), style.shell_alpha.begin(), style.shell_alpha.end());
+      texels.push_back(style.radius_m);
+      texels.push_back(0.0F);
+    }
+    glBindBuffer(GL_TEXTURE_BUFFER, resident.styles.id());
+    glBufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(texels.size() * sizeof(float)), texels.data(),
+                 GL_DYNAMIC_DRAW);
+    glBindTexture(GL_TEXTURE_BUFFER, resident.style_texture.id());
+    glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, resident.styles.id());
+    resident.count = static_cast<GLsizei>(set.points.size());
+  }
+}
+
+void PointPass::draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const {
+  program_.use();
+  set_common_uniforms(program_, eye, stage);
+  program_.set("u_styles", 0);
+  program_.set("u_focal_px", eye.focal_px);
+  program_.set("u_smallest_px", smallest_point_px);
+  program_.set("u_laid", laid_ink);
+  program_.set("u_in_the_air", provisional_ink);
+  for (const auto& [id, entity] : scene.entities) {
+    const auto found = residents_.find(id);
+    if (!entity->shows_points() || found == residents_.end() || found->second.count == 0) continue;
+    program_.set("u_settled", static_cast<int>(entity->settled_points));
+    bind_texture(0, GL_TEXTURE_BUFFER, found->second.style_texture.id());
+    glBindVertexArray(found->second.array.id());
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, found->second.count);
+  }
+  glBindVertexArray(0);
+}
+
+}  // namespace handloft::client

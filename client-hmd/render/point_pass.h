@@ -1,0 +1,37 @@
+#pragma once
+// Fuzzy points (A2, A3): five nested transparent spheres each, drawn as one camera-facing disc whose fragments
+// composite, from the outermost to the innermost, the shells that their line of sight through the centre's plane
+// meets. The result is the staircase of A3; radii and opacities come from the server, so that all viewers agree.
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "client-hmd/render/surface_pass.h"
+
+namespace handloft::client {
+
+/// Opacity at distance `r_m` from the centre: 'over' of every shell that is wider. What the shader computes.
+float shells_opacity(const ShellStyle& style, float r_m);
+
+class PointPass {
+ public:
+  static Result<PointPass> create();
+  void update(const Scene& scene);
+  /// `stage` weighted, peel or coverage: fuzzy points are never opaque all over.
+  void draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const;
+
+ private:
+  struct Resident {
+    std::shared_ptr<const PointSet> points;
+    GlVertexArray array;
+    GlBuffer instances;
+    GlBuffer styles;
+    GlTexture style_texture;
+    GLsizei count = 0;
+  };
+  GlProgram program_;
+  std::map<std::string, Resident> residents_;
+};
+
+}  // namespace handloft::client

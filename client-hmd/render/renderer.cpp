@@ -1,0 +1,282 @@
+#include "client-hmd/render/renderer.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "client-hmd/render/flat_pass.h"
+#include "client-hmd/render/mark_pass.h"
+#include "client-hmd/render/targets.h"
+#include "client-hmd/render/stage_pass.h"
+
+namespace handloft::client {
+namespace {
+
+constexpr std::string_view resolve_glsl = R"glsl(
+layout(location = 0) out vec4 out_colour;
+uniform sampler2D u_sum;
+uniform sampler2D u_weight;
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  vec4 sum = texelFetch(u_sum, pixel, 0);
+  float weight = texelFetch(u_weight, pixel, 0).r;
+  if (sum.a >= 0.9995) discard;
+  out_colour = vec4(sum.rgb / max(weight, 1e-5), 1.0 - sum.a);
+}
+)glsl";
+
+constexpr std::string_view copy_glsl = R"glsl(
+layout(location = 0) out vec4 out_colour;
+uniform sampler2D u_sum;
+void main() { out_colour = texelFetch(u_sum, ivec2(gl_FragCoord.xy), 0); }
+)glsl";
+
+// Averages the samples of a pixel, warps, and encodes as sRGB.
+constexpr std::string_view present_glsl = R"glsl(
+in vec2 uv;
+layout(location = 0) out vec4 out_colour;
+uniform sampler2D u_picture;
+uniform mat3 u_warp;
+uniform vec2 u_output_px;
+uniform int u_samples;
+vec3 encode(vec3 linear) {
+  vec3 c = clamp(linear, 0.0, 1.0);
+  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(vec3(0.0031308), c));
+}
+// Leaves values below 0.75 as they are and rolls off what is brighter, so that highlights keep their shape.
+vec3 shoulder(vec3 c) {
+  vec3 above = max(c - 0.75, 0.0);
+  return min(c, 0.75) + 0.25 * (1.0 - exp(-above / 0.25));
+}
+void main() {
+  vec2 pixel = vec2(uv.x, 1.0 - uv.y) * u_output_px - 0.5;
+  vec3 drawn = u_warp * vec3(pixel, 1.0);
+  vec2 source = (drawn.xy / drawn.z + 0.5) / u_output_px;
+  source.y = 1.0 - source.y;
+  vec3 sum = vec3(0.0);
+  vec2 step_uv = 1.0 / (u_output_px * float(u_samples));
+  for (int y = 0; y < u_samples; ++y) {
+    for (int x = 0; x < u_samples; ++x) {
+      vec2 offset = (vec2(x, y) - 0.5 * float(u_samples - 1)) * step_uv;
+      sum += shoulder(texture(u_picture, source + offset).rgb);
+    }
+  }
+  out_colour = vec4(encode(sum / float(u_samples * u_samples)), 1.0);
+}
+)glsl";
+
+}  // namespace
+
+struct Renderer::Implementation {
+  StagePass stage;
+  SurfacePass surfaces;
+  PointPass points;
+  MarkPass marks;
+  FlatPass flat;
+  GlProgram resolve;
+  GlProgram copy;
+  GlProgram present;
+  GlVertexArray no_vertices;
+  Targets targets;
+  OutputTarget output;
+  std::shared_ptr<const Scene> resident = std::make_shared<const Scene>();
+
+  void fullscreen(const GlProgram& program) const {
+    program.use();
+    glBindVertexArray(no_vertices.id());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+
+  void draw_transparent_stage(const Frame& frame, const EyeUniforms& eye, Stage which) {
+    surfaces.draw(*resident, eye, which);
+    points.draw(*resident, eye, which);
+    marks.draw_transparent(frame, eye, which);
+  }
+
+  void blend_weighted(const Frame& frame, const EyeUniforms& eye) {
+    targets.bind_weighted();
+    constexpr std::array<float, 4> no_light_all_through{0.0F, 0.0F, 0.0F, 1.0F};
+    constexpr std::array<float, 4> no_weight{0.0F, 0.0F, 0.0F, 0.0F};
+    glClearBufferfv(GL_COLOR, 0, no_light_all_through.data());
+    glClearBufferfv(GL_COLOR, 1, no_weight.data());
+    glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_FALSE);
+    glEnable(GL_BLEND);
+    // One function for both: colours and weights add up, what shines through multiplies.
+    glBlendFuncSeparate(GL_ONE, GL_ONE, GL_ZERO, GL_ONE_MINUS_SRC_ALPHA);
+    draw_transparent_stage(frame, eye, Stage::weighted);
+    glDepthMask(GL_TRUE);
+
+    targets.bind_picture();
+    glDisable(GL_DEPTH_TEST);
+    glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    bind_texture(0, GL_TEXTURE_2D, targets.sum());
+    bind_texture(1, GL_TEXTURE_2D, targets.weight());
+    resolve.use();
+    resolve.set("u_sum", 0);
+    resolve.set("u_weight", 1);
+    fullscreen(resolve);
+    glDisable(GL_BLEND);
+  }
+
+  void blend_peeled(const Frame& frame, const EyeUniforms& eye) {
+    targets.begin_peeling();
+    for (int layer = 0; layer < max_peeled_layers; ++layer) {
+      targets.bind_layer(layer);
+      constexpr std::array<float, 4> nothing{0.0F, 0.0F, 0.0F, 0.0F};
+      constexpr float farthest = 1.0F;
+      glClearBufferfv(GL_COLOR, 0, nothing.data());
+      glEnable(GL_DEPTH_TEST);
+      glDepthMask(GL_TRUE);
+      glClearBufferfv(GL_DEPTH, 0, &farthest);
+      glDisable(GL_BLEND);
+      bind_texture(6, GL_TEXTURE_2D, targets.opaque_depth());
+      bind_texture(7, GL_TEXTURE_2D, targets.last_layer_depth(layer));
+      draw_transparent_stage(frame, eye, Stage::peel);
+
+      targets.bind_peeled_sum();
+      glDisable(GL_DEPTH_TEST);
+      glEnable(GL_BLEND);
+      // Under what is there already: weighted by what still shines through (kept in alpha).
+      glBlendFuncSeparate(GL_DST_ALPHA, GL_ONE, GL_ZERO, GL_ONE_MINUS_SRC_ALPHA);
+      bind_texture(0, GL_TEXTURE_2D, targets.layer_colour());
+      copy.use();
+      copy.set("u_sum", 0);
+      fullscreen(copy);
+    }
+    targets.bind_picture();
+    glBlendFuncSeparate(GL_ONE, GL_SRC_ALPHA, GL_ZERO, GL_ONE);
+    bind_texture(0, GL_TEXTURE_2D, targets.sum());
+    fullscreen(copy);
+    glDisable(GL_BLEND);
+  }
+
+  Status draw(const Frame& frame, const RenderOptions& options, unsigned target) {
+    const Pinhole& pinhole = frame.eye.pinhole;
+    if (const Status good = check_pinhole(pinhole); !good) return good.error();
+    const int samples = std::clamp(options.supersampling, 1, 4);
+    const int width = pinhole.width_px * samples;
+    const int height = pinhole.height_px * samples;
+    if (const Status sized = targets.resize(width, height); !sized) return sized.error();
+
+    EyeUniforms eye;
+    eye.eye_from_world = glm::mat4(frame.eye.eye_from_world());
+    eye.clip_from_eye = glm::mat4(projection_matrix(pinhole, frame.eye.depth));
+    eye.position = glm::vec3(frame.eye.world_from_eye.position);
+    eye.viewport_px = glm::vec2(width, height);
+    eye.focal_px = static_cast<float>(pinhole.fy_px) * static_cast<float>(samples);
+    eye.weights = options.weights;
+
+    const std::shared_ptr<const Scene> scene = frame.scene ? frame.scene : std::make_shared<const Scene>();
+    if (scene != resident) {
+      resident = scene;
+      surfaces.update(*scene);
+      points.update(*scene);
+      stage.update_shadow(*scene, surfaces, points);
+    }
+
+    targets.bind_picture();
+    glViewport(0, 0, width, height);
+    glDepthMask(GL_TRUE);
+    glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    stage.draw_background(frame);
+    stage.draw_table(frame, eye);
+    flat.draw_palette(frame, eye);
+
+    glEnable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
+    surfaces.draw(*scene, eye, Stage::opaque);
+    marks.draw_opaque(frame, eye);
+    if (options.transparency == Transparency::depth_peeling) {
+      blend_peeled(frame, eye);
+    } else {
+      blend_weighted(frame, eye);
+    }
+    targets.bind_picture();
+    marks.draw_cursor(frame, eye);
+
+    glBindFramebuffer(GL_FRAMEBUFFER, target);
+    glViewport(0, 0, pinhole.width_px, pinhole.height_px);
+    glDisable(GL_DEPTH_TEST);
+    bind_texture(0, GL_TEXTURE_2D, targets.picture());
+    present.use();
+    present.set("u_picture", 0);
+    present.set("u_warp", frame.warp);
+    present.set("u_output_px", glm::vec2(pinhole.width_px, pinhole.height_px));
+    present.set("u_samples", samples);
+    fullscreen(present);
+    flat.draw_overlay(frame.overlay, pinhole.width_px, pinhole.height_px);
+    return {};
+  }
+};
+
+Renderer::Renderer(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+Renderer::~Renderer() = default;
+
+Result<std::unique_ptr<Renderer>> Renderer::create() {
+  if (epoxy_gl_version() < 33) {
+    return make_error(ErrorCode::unsupported,
+                      fmt::format("found OpenGL {}.{}, expected 3.3 or later", epoxy_gl_version() / 10,
+                                  epoxy_gl_version() % 10));
+  }
+  auto parts = std::make_unique<Implementation>();
+  const auto take = [](auto result, auto& into) -> Status {
+    if (!result) return result.error();
+    into = std::move(*result);
+    return {};
+  };
+  const std::array vertex{fullscreen_vertex_glsl};
+  const std::array resolve{resolve_glsl};
+  const std::array copy{copy_glsl};
+  const std::array present{present_glsl};
+  for (const Status& made :
+       {take(StagePass::create(), parts->stage), take(SurfacePass::create(), parts->surfaces),
+        take(PointPass::create(), parts->points), take(MarkPass::create(), parts->marks),
+        take(FlatPass::create(), parts->flat), take(GlProgram::build("resolve", vertex, resolve), parts->resolve),
+        take(GlProgram::build("copy", vertex, copy), parts->copy),
+        take(GlProgram::build("present", vertex, present), parts->present)}) {
+    if (!made) return made.error();
+  }
+  parts->no_vertices = GlVertexArray::create();
+  parts->stage.update_shadow(*parts->resident, parts->surfaces, parts->points);
+  return std::unique_ptr<Renderer>(new Renderer(std::move(parts)));
+}
+
+Status Renderer::draw(const Frame& frame, const RenderOptions& options, unsigned target) {
+  return implementation_->draw(frame, options, target);
+}
+
+Status Renderer::draw_offscreen(const Frame& frame, const RenderOptions& options) {
+  const Pinhole& pinhole = frame.eye.pinhole;
+  if (const Status good = check_pinhole(pinhole); !good) return good.error();
+  if (const Status sized = implementation_->output.resize(pinhole.width_px, pinhole.height_px); !sized) {
+    return sized.error();
+  }
+  if (const Status drawn = implementation_->draw(frame, options, implementation_->output.framebuffer()); !drawn) {
+    return drawn.error();
+  }
+  glFinish();  // The frame counts when it is there, not when it is queued.
+  return {};
+}
+
+Result<Image> Renderer::draw_to_image(const Frame& frame, const RenderOptions& options) {
+  if (const Status drawn = draw_offscreen(frame, options); !drawn) return drawn.error();
+  Image image{frame.eye.pinhole.width_px, frame.eye.pinhole.height_px, {}};
+  const std::size_t row = 4 * static_cast<std::size_t>(image.width_px);
+  std::vector<std::uint8_t> upside_down(row * static_cast<std::size_t>(image.height_px));
+  glBindFramebuffer(GL_FRAMEBUFFER, implementation_->output.framebuffer());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, image.width_px, image.height_px, GL_RGBA, GL_UNSIGNED_BYTE, upside_down.data());
+  image.rgba.reserve(upside_down.size());
+  for (std::size_t y = static_cast<std::size_t>(image.height_px); y-- > 0;) {
+    const auto begin = upside_down.begin() + static_cast<std::ptrdiff_t>(y * row);
+    image.rgba.insert(image.rgba.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
+  }
+  for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
+  return image;
+}
+
+float Renderer::measure_text(std::string_view utf8) const { return implementation_->flat.measure(utf8); }
+
+}  // namespace handloft::client

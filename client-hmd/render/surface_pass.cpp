@@ -1,0 +1,138 @@
+#include "client-hmd/render/surface_pass.h"
+
+#include <array>
+#include <cstddef>
+
+namespace handloft::client {
+namespace {
+
+constexpr std::string_view vertex_glsl = R"glsl(
+layout(location = 0) in vec3 a_position;
+layout(location = 1) in vec3 a_normal;
+layout(location = 2) in float a_opacity;
+uniform mat4 u_eye_from_world;
+uniform mat4 u_clip_from_eye;
+out vec3 world;
+out vec3 normal;
+out float opacity;
+out float eye_depth;
+void main() {
+  vec4 in_eye = u_eye_from_world * vec4(a_position, 1.0);
+  world = a_position;
+  normal = a_normal;
+  opacity = a_opacity;
+  eye_depth = -in_eye.z;
+  gl_Position = u_clip_from_eye * in_eye;
+}
+)glsl";
+
+constexpr std::string_view fragment_glsl = R"glsl(
+in vec3 world;
+in vec3 normal;
+in float opacity;
+in float eye_depth;
+uniform vec3 u_eye_position;
+uniform vec3 u_front;
+uniform vec3 u_back;
+void main() {
+  vec3 to_eye = normalize(u_eye_position - world);
+  vec3 n = normalize(normal);
+  bool front = dot(n, to_eye) >= 0.0;
+  vec3 lit = studio_light(front ? n : -n, to_eye, front ? u_front : u_back, front ? 1.0 : 0.35);
+  float line = 1.0 - smoothstep(0.5, 1.4, abs(opacity - 0.5) / max(fwidth(opacity), 1e-4));
+  float alpha = clamp(opacity, 0.0, 1.0);
+  lit = mix(lit, vec3(0.03, 0.05, 0.09), 0.75 * line);
+  emit(lit, max(alpha, 0.8 * line), eye_depth);
+}
+)glsl";
+
+struct Material {
+  glm::vec3 front;
+  glm::vec3 back;
+};
+// Linear RGB: satin silver for what rests, a cool blue for what gestures act on.
+constexpr Material resting{{0.50F, 0.515F, 0.53F}, {0.42F, 0.34F, 0.28F}};
+constexpr Material selected{{0.235F, 0.375F, 0.53F}, {0.46F, 0.36F, 0.28F}};
+
+const void* offset(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
+
+}  // namespace
+
+void set_common_uniforms(const GlProgram& program, const EyeUniforms& eye, Stage stage) {
+  program.set("u_eye_from_world", eye.eye_from_world);
+  program.set("u_clip_from_eye", eye.clip_from_eye);
+  program.set("u_eye_position", eye.position);
+  program.set("u_stage", static_cast<int>(stage));
+  program.set("u_weights", glm::vec4(eye.weights.reference_m, eye.weights.falloff_m, eye.weights.smallest,
+                                     eye.weights.largest));
+  program.set("u_opaque_depth", 6);  // Texture units that the peeling binds.
+  program.set("u_last_depth", 7);
+}
+
+Result<SurfacePass> SurfacePass::create() {
+  const std::array vertex{vertex_glsl};
+  const std::array fragment{emit_glsl, studio_light_glsl, fragment_glsl};
+  Result<GlProgram> program = GlProgram::build("surface", vertex, fragment);
+  if (!program) return program.error();
+  SurfacePass pass;
+  pass.program_ = std::move(*program);
+  return pass;
+}
+
+void SurfacePass::update(const Scene& scene) {
+  std::erase_if(residents_, [&scene](const auto& item) {
+    const auto found = scene.entities.find(item.first);
+    return found == scene.entities.end() || found->second->surface == nullptr;
+  });
+  for (const auto& [id, entity] : scene.entities) {
+    if (entity->surface == nullptr) continue;
+    Resident& resident = residents_[id];
+    if (resident.mesh == entity->surface) continue;
+    if (!resident.array) {
+      resident.array = GlVertexArray::create();
+      resident.vertices = GlBuffer::create();
+      resident.indices = GlBuffer::create();
+    }
+    resident.mesh = entity->surface;
+    const SurfaceMesh& mesh = *entity->surface;
+    glBindVertexArray(resident.array.id());
+    glBindBuffer(GL_ARRAY_BUFFER, resident.vertices.id());
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(SurfaceVertex)),
+                 mesh.vertices.data(), GL_DYNAMIC_DRAW);
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, resident.indices.id());
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)),
+                 mesh.indices.data(), GL_DYNAMIC_DRAW);
+    const auto attribute = [](GLuint index, GLint count, std::size_t at) {
+      glEnableVertexAttribArray(index);
+      glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(SurfaceVertex), offset(at));
+    };
+    attribute(0, 3, offsetof(SurfaceVertex, position));
+    attribute(1, 3, offsetof(SurfaceVertex, normal));
+    attribute(2, 1, offsetof(SurfaceVertex, opacity));
+    glBindVertexArray(0);
+    resident.index_count = static_cast<GLsizei>(mesh.indices.size());
+  }
+}
+
+void SurfacePass::draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const {
+  program_.use();
+  set_common_uniforms(program_, eye, stage);
+  for (const auto& [id, entity] : scene.entities) {
+    const auto found = residents_.find(id);
+    if (!entity->shows_surface() || found == residents_.end()) continue;
+    const Material& material = entity->selected ? selected : resting;
+    program_.set("u_front", material.front);
+    program_.set("u_back", material.back);
+    glBindVertexArray(found->second.array.id());
+    glDrawElements(GL_TRIANGLES, found->second.index_count, GL_UNSIGNED_INT, nullptr);
+  }
+  glBindVertexArray(0);
+}
+
+std::size_t SurfacePass::triangle_count() const {
+  std::size_t sum = 0;
+  for (const auto& [id, resident] : residents_) sum += static_cast<std::size_t>(resident.index_count) / 3;
+  return sum;
+}
+
+}  // namespace handloft::client

@@ -1,0 +1,52 @@
+#pragma once
+// Surfaces with an opacity at every vertex (V3, A23): two-sided, lit as in a studio, so that reflections tell the
+// curvature. A thin line marks opacity 0.5, which is the contour that an export trims to (A26).
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "client-hmd/mirror/scene.h"
+#include "client-hmd/render/gl.h"
+#include "client-hmd/render/shaders.h"
+#include "client-hmd/render/transparency.h"
+#include "client-hmd/view/pinhole.h"
+
+namespace handloft::client {
+
+/// What every pass of a frame needs to know about the eye, in single precision.
+struct EyeUniforms {
+  glm::mat4 eye_from_world{1.0F};
+  glm::mat4 clip_from_eye{1.0F};
+  glm::vec3 position{0.0F};
+  glm::vec2 viewport_px{1.0F};
+  float focal_px = 1.0F;  ///< Vertical, in pixels of the drawn picture.
+  TransparencyWeights weights;
+};
+
+class SurfacePass {
+ public:
+  static Result<SurfacePass> create();
+
+  /// Uploads what is new in `scene` and forgets what is gone.
+  void update(const Scene& scene);
+  void draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const;
+  /// Triangles of the scene as last updated.
+  std::size_t triangle_count() const;
+
+ private:
+  struct Resident {
+    std::shared_ptr<const SurfaceMesh> mesh;
+    GlVertexArray array;
+    GlBuffer vertices;
+    GlBuffer indices;
+    GLsizei index_count = 0;
+  };
+  GlProgram program_;
+  std::map<std::string, Resident> residents_;
+};
+
+/// Sets the uniforms that emit_glsl and the vertex shaders share.
+void set_common_uniforms(const GlProgram& program, const EyeUniforms& eye, Stage stage);
+
+}  // namespace handloft::client

@@ -1,0 +1,34 @@
+#pragma once
+// Order-independent transparency (V2): McGuire and Bavoil, "Weighted Blended Order-Independent Transparency", JCGT
+// 2013. One pass sums premultiplied colours with a weight that falls with depth; the resolve divides by the sum of
+// weights. Exact for one layer; for more it is an average in favour of what is near. Depth peeling is the reference.
+//
+// The weight falls by a factor e every `falloff_m`, so that in a scene of a few decimetres the front layer wins, and
+// is clamped such that 500 opaque layers stay below the largest half float (65504).
+
+#include <algorithm>
+#include <cmath>
+
+namespace handloft::client {
+
+enum class Transparency {
+  weighted_blended,
+  depth_peeling,  ///< Exact, up to max_peeled_layers; for tests and stills.
+};
+
+struct TransparencyWeights {
+  float reference_m = 0.5F;   ///< Depth of weight 1: an arm's length.
+  float falloff_m = 0.05F;    ///< The thickness of a typical shape.
+  float smallest = 1e-3F;     ///< Far layers still count where nothing is before them.
+  float largest = 100.0F;
+};
+
+inline constexpr int max_peeled_layers = 24;
+
+/// Weight of a layer of opacity `alpha` at `eye_depth_m`; the shaders hold the same formula.
+inline float transparency_weight(float alpha, float eye_depth_m, const TransparencyWeights& weights = {}) {
+  const float depth = std::exp(-(eye_depth_m - weights.reference_m) / weights.falloff_m);
+  return alpha * std::clamp(depth, weights.smallest, weights.largest);
+}
+
+}  // namespace handloft::client
