@@ -1,0 +1,44 @@
+#pragma once
+// A script target in another process: operations and queries go to a running server as an editor's (U7).
+
+#include <chrono>
+#include <cstdint>
+
+#include "common/net/message_client.h"
+#include "server-model/session/script_target.h"
+
+namespace handloft::session {
+
+struct RemoteTargetOptions {
+  std::string name = "script";  ///< Shown to others.
+  std::chrono::milliseconds connect_timeout{5000};
+  std::chrono::milliseconds answer_timeout{
+      120'000};  ///< An export of a large model takes seconds, not minutes.
+};
+
+class RemoteTarget final : public model::ScriptTarget {
+ public:
+  /// `clock` must outlive it. Errors: those of net::SyncClient::connect().
+  static Result<RemoteTarget> connect(const net::Endpoint& endpoint, const Clock& clock,
+                                      RemoteTargetOptions options = {});
+
+  /// The server's refusals come back as they are; io or timeout when the connection fails.
+  Result<Outcome> submit(const v1::Operation& operation) override;
+  Result<v1::QueryResult> query(const v1::Query& query) override;
+
+ private:
+  RemoteTarget(net::SyncClient client, RemoteTargetOptions options);
+  /// The message for which `is_answer` holds; others (presence, scenes) are passed over.
+  template <typename IsAnswer>
+  Result<v1::Envelope> exchange(const v1::Envelope& question, const IsAnswer& is_answer);
+
+  net::SyncClient client_;
+  RemoteTargetOptions options_;
+  std::uint64_t next_request_ = 1;
+};
+
+/// A refusal on the wire and back. An unknown code becomes `internal`.
+void set_failure(v1::Failure& failure, const Error& error);
+Error to_error(const v1::Failure& failure);
+
+}  // namespace handloft::session

@@ -1,0 +1,34 @@
+#pragma once
+// `handloft-modeld serve`: one model behind its sockets until SIGTERM, SIGINT or the end of a recording.
+
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "common/base/log.h"
+#include "server-model/interaction/interaction.h"
+#include "server-model/session/resolve_operation.h"
+
+namespace handloft::session {
+
+struct ServeOptions {
+  enum class AtEnd { stay, exit };
+
+  std::vector<std::string> listen;  ///< "unix:PATH", "tcp:HOST:PORT"; empty: the user's default model socket.
+  std::string tracking;             ///< Endpoint of handloft-trackd; empty: no hand.
+  std::string script;               ///< Run before anybody is served; a failing line ends the server.
+  std::string report;               ///< JSON file written at the end (report.h); empty: none.
+  AtEnd at_end =
+      AtEnd::stay;          ///< Exit after the tracking daemon's recording has ended and viewers have it all.
+  model::FileAccess files;  ///< For operations of unix: peers; tcp: peers stay within its folders.
+  interaction::InteractionOptions interaction;
+  LogLevel log_level = LogLevel::info;
+};
+
+/// Prints one line of JSON on `out` when ready:
+/// {"ready":true,"endpoints":["unix:...","tcp:127.0.0.1:41234"]}. Blocks SIGTERM and SIGINT, so call it
+/// before there are other threads. Returns the exit status: 0 stopped on request or at the end of a
+/// recording; 1 an error, told on standard error.
+int serve(const ServeOptions& options, std::ostream& out);
+
+}  // namespace handloft::session

@@ -1,0 +1,70 @@
+#pragma once
+// The sockets around a model: who is there, what they may do, and what each is sent (architecture ideas 1 and
+// 5; PROTOCOL.md). Viewers read, editors also change; everybody sees the same scene in the same order of
+// operations; a slow, broken or hostile peer harms only itself.
+
+#include <boost/asio/any_io_executor.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/log.h"
+#include "common/net/connection.h"
+#include "common/net/message_server.h"
+#include "server-model/session/latency.h"
+#include "server-model/session/model_actor.h"
+#include "server-model/stream/viewer.h"
+
+namespace handloft::session {
+
+struct ServerOptions {
+  std::string model_name = "main";  ///< What a Join may name; empty always means this one.
+  net::ServerOptions net;
+  stream::ViewerLimits viewer;
+  /// Submits and asks of one peer that are not yet answered; more are refused at once, so that none can fill
+  /// our memory.
+  std::size_t max_pending_requests = 64;
+  std::size_t max_pending_bytes = 32U << 20;
+  ActorOptions actor;
+  model::FileAccess files;  ///< See ServeOptions::files.
+};
+
+class Server {
+ public:
+  /// Listens on all endpoints and starts the model's thread. `executor` must run until stop() and the closing
+  /// of connections are over; `clock` must outlive the server. `on_end_of_recording` comes from the model's
+  /// thread.
+  static Result<std::unique_ptr<Server>> start(boost::asio::any_io_executor executor,
+                                               const std::vector<net::Endpoint>& endpoints,
+                                               model::Model initial, ServerOptions options,
+                                               const Clock& clock, Logger log,
+                                               std::function<void()> on_end_of_recording = {});
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  std::vector<net::Endpoint> endpoints() const;  ///< As bound.
+  ModelActor& actor();
+
+  /// Every viewer has been given the newest scene and nothing waits in its outbox. Stalled viewers count as
+  /// not.
+  bool flushed() const;
+  std::size_t viewer_count() const;
+  std::uint64_t clients_served() const;
+  /// From the capture of a tracking frame to the composing of the first delta that shows it, per viewer.
+  LatencySummary capture_to_delta() const;
+
+  /// Sends what waits, closes everybody, ends the model's thread.
+  void stop();
+
+ private:
+  struct Implementation;
+  explicit Server(std::shared_ptr<Implementation> implementation);
+  std::shared_ptr<Implementation> implementation_;
+};
+
+}  // namespace handloft::session
