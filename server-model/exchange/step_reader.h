@@ -16,7 +16,7 @@ struct StepFace {
   std::string name;
   bool valid = false;        ///< BRepCheck_Analyzer finds nothing.
   bool is_bspline = false;   ///< The underlying surface is a B-spline (or Bezier).
-  bool has_pcurves = false;  ///< All edges have curves in the parameter plane, as read.
+  bool has_pcurves = false;  ///< All edges have curves in the parameter plane.
   int degree_u = 0, degree_v = 0;
   double area_m2 = 0;
   std::vector<geometry::Vec3> samples;   ///< Points inside the face, metres.

@@ -1,0 +1,135 @@
+#include "server-model/exchange/step_reader.h"
+
+#include <fmt/format.h>
+
+#include <BRepAdaptor_Curve.hxx>
+#include <BRepAdaptor_Surface.hxx>
+#include <BRepCheck_Analyzer.hxx>
+#include <BRepGProp.hxx>
+#include <BRepTools.hxx>
+#include <BRepTopAdaptor_FClass2d.hxx>
+#include <BRep_Tool.hxx>
+#include <GProp_GProps.hxx>
+#include <Geom2d_Curve.hxx>
+#include <IFSelect_ReturnStatus.hxx>
+#include <Interface_Static.hxx>
+#include <Precision.hxx>
+#include <STEPControl_Reader.hxx>
+#include <StepRepr_RepresentationItem.hxx>
+#include <TCollection_HAsciiString.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+#include <TopoDS_Face.hxx>
+#include <XSControl_TransferReader.hxx>
+#include <XSControl_WorkSession.hxx>
+#include <system_error>
+
+#include "server-model/exchange/occt_session.h"
+
+namespace handloft::exchange {
+namespace {
+
+constexpr double kMetres = 1e-3;  ///< Per millimetre.
+
+geometry::Vec3 to_metres(const gp_Pnt& p) {
+  return {kMetres * p.X(), kMetres * p.Y(), kMetres * p.Z()};
+}
+
+StepFace describe(const TopoDS_Face& shape, const StepReadOptions& options) {
+  StepFace face;
+  face.valid = BRepCheck_Analyzer(shape).IsValid();
+  const BRepAdaptor_Surface surface(shape);
+  face.is_bspline = surface.GetType() == GeomAbs_BSplineSurface || surface.GetType() == GeomAbs_BezierSurface;
+  if (face.is_bspline) {
+    face.degree_u = surface.UDegree();
+    face.degree_v = surface.VDegree();
+  }
+  GProp_GProps properties;
+  BRepGProp::SurfaceProperties(shape, properties);
+  face.area_m2 = properties.Mass() * kMetres * kMetres;
+
+  double u0 = 0;
+  double u1 = 0;
+  double v0 = 0;
+  double v1 = 0;
+  BRepTools::UVBounds(shape, u0, u1, v0, v1);
+  BRepTopAdaptor_FClass2d classifier(shape, Precision::Confusion());
+  for (int i = 0; i < options.samples_per_side; ++i) {
+    for (int j = 0; j < options.samples_per_side; ++j) {
+      // Cell middles: never on the boundary of a rectangle.
+      const double u = u0 + (u1 - u0) * (i + 0.5) / options.samples_per_side;
+      const double v = v0 + (v1 - v0) * (j + 0.5) / options.samples_per_side;
+      if (classifier.Perform(gp_Pnt2d(u, v)) == TopAbs_IN)
+        face.samples.push_back(to_metres(surface.Value(u, v)));
+    }
+  }
+
+  face.has_pcurves = true;
+  for (TopExp_Explorer edges(shape, TopAbs_EDGE); edges.More(); edges.Next()) {
+    const TopoDS_Edge edge = TopoDS::Edge(edges.Current());
+    double first = 0;
+    double last = 0;
+    if (BRep_Tool::CurveOnSurface(edge, shape, first, last).IsNull()) face.has_pcurves = false;
+    if (BRep_Tool::Degenerated(edge)) continue;
+    const BRepAdaptor_Curve curve(edge);
+    for (int i = 0; i < options.samples_per_edge; ++i) {
+      const double t = curve.FirstParameter() +
+                       (curve.LastParameter() - curve.FirstParameter()) * i / options.samples_per_edge;
+      face.boundary.push_back(to_metres(curve.Value(t)));
+    }
+  }
+  return face;
+}
+
+Status read(const std::filesystem::path& path, const StepReadOptions& options, StepContent& content) {
+  Interface_Static::SetCVal("xstep.cascade.unit", "MM");
+  STEPControl_Reader reader;
+  if (reader.ReadFile(path.c_str()) != IFSelect_RetDone || reader.TransferRoots() < 1) {
+    return make_error(ErrorCode::data_corrupt, fmt::format("{} is no STEP file with shapes", path.string()),
+                      "path");
+  }
+  const TopoDS_Shape whole = reader.OneShape();
+  if (whole.IsNull()) {
+    return make_error(ErrorCode::data_corrupt, fmt::format("{} has no shape", path.string()), "path");
+  }
+  content.valid = BRepCheck_Analyzer(whole).IsValid();
+  const Handle(XSControl_TransferReader) origin = reader.WS()->TransferReader();
+  for (TopExp_Explorer faces(whole, TopAbs_FACE); faces.More(); faces.Next()) {
+    if (content.faces.size() >= options.max_faces) {
+      return make_error(ErrorCode::resource_exhausted,
+                        fmt::format("{} has more than {} faces", path.string(), options.max_faces), "path");
+    }
+    content.faces.push_back(describe(TopoDS::Face(faces.Current()), options));
+    const Handle(StepRepr_RepresentationItem) item =
+        Handle(StepRepr_RepresentationItem)::DownCast(origin->EntityFromShapeResult(faces.Current(), 1));
+    if (!item.IsNull() && !item->Name().IsNull()) content.faces.back().name = item->Name()->ToCString();
+  }
+  if (content.faces.empty()) {
+    return make_error(ErrorCode::data_corrupt, fmt::format("{} has no face", path.string()), "path");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<StepContent> read_step(const std::filesystem::path& path, const StepReadOptions& options) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    return make_error(ErrorCode::not_found, fmt::format("there is no file {}", path.string()), "path");
+  }
+  if (!std::filesystem::is_regular_file(path, error)) {
+    return make_error(ErrorCode::io, fmt::format("{} is not a file", path.string()), "path");
+  }
+  if (options.samples_per_side < 1 || options.samples_per_edge < 1) {
+    return make_error(ErrorCode::invalid_argument, "expected at least one sample per side and edge",
+                      "options");
+  }
+  const detail::OcctSession session;
+  StepContent content;
+  Status status = detail::guarded("reading STEP", [&] { return read(path, options, content); });
+  if (!status.ok()) return status.error();
+  return content;
+}
+
+}  // namespace handloft::exchange

@@ -1,0 +1,113 @@
+#include "server-model/exchange/step_writer.h"
+
+#include <fmt/format.h>
+
+#include <APIHeaderSection_MakeHeader.hxx>
+#include <IFSelect_ReturnStatus.hxx>
+#include <Interface_Static.hxx>
+#include <STEPConstruct.hxx>
+#include <STEPControl_Writer.hxx>
+#include <StepData_Protocol.hxx>
+#include <StepData_StepModel.hxx>
+#include <StepData_StepWriter.hxx>
+#include <StepRepr_RepresentationItem.hxx>
+#include <TCollection_HAsciiString.hxx>
+#include <Transfer_FinderProcess.hxx>
+#include <XSControl_TransferWriter.hxx>
+#include <XSControl_WorkSession.hxx>
+#include <cmath>
+#include <locale>
+#include <sstream>
+#include <vector>
+
+#include "server-model/exchange/atomic_file.h"
+#include "server-model/exchange/occt_face.h"
+#include "server-model/exchange/occt_session.h"
+
+namespace handloft::exchange {
+namespace {
+
+/// Part 21 strings have no control characters; an empty name would show as nothing in a CAD program's tree.
+std::string step_name(const std::string& name) {
+  std::string safe = name.empty() ? "surface" : name;
+  for (char& c : safe) {
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = ' ';
+  }
+  return safe;
+}
+
+void set_header(const Handle(StepData_StepModel) & model, const std::string& file_name,
+                const StepOptions& options) {
+  APIHeaderSection_MakeHeader header(model);
+  const auto text = [](const std::string& value) {
+    return new TCollection_HAsciiString(step_name(value).c_str());
+  };
+  header.SetName(text(file_name));
+  header.SetOriginatingSystem(text("Handloft"));
+  header.SetAuthorValue(1, new TCollection_HAsciiString(options.author.c_str()));
+  header.SetOrganizationValue(1, new TCollection_HAsciiString(options.organization.c_str()));
+}
+
+Result<std::string> to_step(std::span<const SurfaceExport> surfaces, const std::string& file_name,
+                            const StepOptions& options) {
+  Interface_Static::SetIVal("write.surfacecurve.mode", 1);  // With curves in the parameter plane.
+  Interface_Static::SetCVal("write.step.unit", "MM");
+  Interface_Static::SetCVal("write.step.schema", "AP214IS");  // What the most programs read.
+  STEPControl_Writer writer;
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const std::string field = fmt::format("surfaces[{}]", i);
+    const Result<TopoDS_Face> face = detail::make_face(surfaces[i], options.contour_tolerance);
+    if (!face.ok()) {
+      Error error = face.error();
+      error.field = field + (error.field.empty() ? "" : "." + error.field);
+      return error;
+    }
+    const std::string name = step_name(surfaces[i].name);
+    Interface_Static::SetCVal("write.step.product.name", name.c_str());
+    if (writer.Transfer(*face, STEPControl_AsIs) != IFSelect_RetDone) {
+      return make_error(ErrorCode::internal, "the CAD kernel didn't translate the face", field);
+    }
+    const Handle(Transfer_FinderProcess) process = writer.WS()->TransferWriter()->FinderProcess();
+    const Handle(StepRepr_RepresentationItem) item = STEPConstruct::FindEntity(process, *face);
+    if (!item.IsNull()) item->SetName(new TCollection_HAsciiString(name.c_str()));
+  }
+  const Handle(StepData_StepModel) model = writer.Model();
+  set_header(model, file_name, options);
+  // Into memory and not by the library's own file access: so a full disk is our error with its reason.
+  StepData_StepWriter text(model);
+  text.SendModel(Handle(StepData_Protocol)::DownCast(writer.WS()->Protocol()));
+  std::ostringstream stream;
+  stream.imbue(std::locale::classic());
+  if (!text.Print(stream) || !stream) {
+    return make_error(ErrorCode::internal, "the CAD kernel didn't print the file", "surfaces");
+  }
+  return std::move(stream).str();
+}
+
+}  // namespace
+
+Status write_step(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,
+                  const StepOptions& options) {
+  if (surfaces.empty()) {
+    return make_error(ErrorCode::invalid_argument, "found nothing to export, expected a surface", "surfaces");
+  }
+  if (!(options.contour_tolerance >= 1e-9 && options.contour_tolerance <= 1e-2)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {}, expected 1e-9..1e-2", options.contour_tolerance),
+                      "contour_tolerance");
+  }
+  std::string text;
+  Status made = [&]() -> Status {
+    const detail::OcctSession session;
+    return detail::guarded("writing STEP", [&]() -> Status {
+      Result<std::string> result = to_step(surfaces, path.filename().string(), options);
+      if (!result.ok()) return result.error();
+      text = std::move(*result);
+      return {};
+    });
+  }();
+  if (!made.ok()) return made;
+  return write_file_atomically(path, std::string_view(text));
+}
+
+}  // namespace handloft::exchange
