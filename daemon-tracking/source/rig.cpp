@@ -59,14 +59,14 @@ TagPlacement head_tag(int id, const Vector3d& position, double yaw_deg, double p
 Rig default_rig() {
   Rig rig;
 
-  CameraCalibration left = table_camera("left", {-0.38, 0.54, 0.40}, {0.03, 0.0, 0.12});
+  CameraCalibration left = table_camera("left", {-0.38, 0.54, 0.40}, {0.03, 0.0, 0.175});
   left.intrinsics.fx_px = 602.0;
   left.intrinsics.fy_px = 601.0;
   left.intrinsics.cx_px = 322.4;
   left.intrinsics.cy_px = 237.1;
   left.intrinsics.distortion = {-0.105, 0.031, 0.0006, -0.0004, 0.0};
 
-  CameraCalibration right = table_camera("right", {0.52, 0.50, 0.40}, {0.07, 0.0, 0.12});
+  CameraCalibration right = table_camera("right", {0.52, 0.50, 0.40}, {0.07, 0.0, 0.175});
   right.intrinsics.fx_px = 597.0;
   right.intrinsics.fy_px = 598.5;
   right.intrinsics.cx_px = 316.8;

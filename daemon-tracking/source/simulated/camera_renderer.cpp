@@ -173,7 +173,8 @@ void CameraRenderer::warp_table(const Isometry3d& world_from_eye) {
     if (!(w < -1e-3f)) return {0, 0, false};  // Looking up.
     const float u = (h(0, 0) * ray.x() + h(0, 1) * ray.y() + h(0, 2)) / w;
     const float v = (h(1, 0) * ray.x() + h(1, 1) * ray.y() + h(1, 2)) / w;
-    return {u, v, u >= 0 && v >= 0 && u <= max_u && v <= max_v};
+    // Beside the board the texture's margin, which shows the room, goes on.
+    return {std::clamp(u, 0.0f, max_u), std::clamp(v, 0.0f, max_v), u > 0 && v > 0 && u < max_u && v < max_v};
   };
   constexpr float one = 1 << fixed_bits;
   for (std::size_t y = 0; y < static_cast<std::size_t>(image_.height); ++y) {
@@ -182,7 +183,7 @@ void CameraRenderer::warp_table(const Isometry3d& world_from_eye) {
     for (std::size_t x = 0; x < width; x += warp_step) {
       const std::size_t last = std::min(x + warp_step, width - 1);
       const Place to = place_of(y * width + last);
-      if (!from.inside || !to.inside) {
+      if (!from.inside && !to.inside) {
         std::memset(row + x, room, std::min<std::size_t>(warp_step, width - x));
         for (std::size_t c = x / 2; c < std::min(x + warp_step, width) / 2; ++c) {
           image_.cb[y * width / 2 + c] = static_cast<std::uint8_t>(scene_light::room_cb);

@@ -49,8 +49,8 @@ struct HandOptions {
   /// its path.
   double tremor_m = 0.0003;
   double transition_speed_m_s = 0.24;  ///< Mean; a minimum-jerk move peaks at 1.875 times its mean.
-  double shortest_transition_s = 0.35;
-  double touch_s = 0.35;  ///< How long the hand lies on a palette cell.
+  double shortest_transition_s = 0.45;
+  double touch_s = 0.4;  ///< How long the hand lies on a palette cell.
   double fingertip_rest_m =
       0.008;  ///< Height of the cap's centre when the hand lies on the table: its radius.
 };

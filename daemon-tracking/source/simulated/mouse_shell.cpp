@@ -18,7 +18,7 @@ constexpr double side_stroke_half_length_m = 0.046;
 /// A hand's line is never quite straight: amplitude of its wave.
 constexpr double wave_m = 0.0012;
 /// On the side the palm turns towards the wall.
-constexpr double side_roll_rad = -0.6;
+constexpr double side_roll_rad = 0.6;
 
 /// Pressure grows and fades over the first and last part of a stroke and swings around a level of its own.
 double pressure_course(double u, double level, double swing) {

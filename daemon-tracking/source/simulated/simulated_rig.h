@@ -15,7 +15,7 @@ namespace handloft::tracking {
 
 /// The head sways gently while it looks at the table's centre.
 struct HeadMotion {
-  Eigen::Vector3d rest_m{0.0, -0.36, 0.48};
+  Eigen::Vector3d rest_m{0.0, -0.36, 0.46};
   Eigen::Vector3d look_at_m{0.05, 0.0, 0.03};
   double sway_m = 0.015;  ///< Amplitude of the slowest component.
   double sway_hz = 0.17;
