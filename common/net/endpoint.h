@@ -70,12 +70,17 @@ enum class TcpExposure { loopback_only, any_address };
 
 struct Listener {
   FileDescriptor fd;
-  Endpoint endpoint;  ///< With the port that the system chose.
+  Endpoint endpoint;         ///< With the port that the system chose.
+  std::uint64_t device = 0;  ///< unix: which file it is, so that only our own is removed.
+  std::uint64_t inode = 0;
 };
 
 /// A non-blocking listening socket. unix: the socket file gets mode 0600; a stale one (nobody answers) is
 /// removed, a live one is refused with already_exists.
 Result<Listener> listen_on(const Endpoint& endpoint, TcpExposure exposure = TcpExposure::loopback_only);
+
+/// Closes it and removes its socket file, unless another server has put its own there meanwhile.
+void close_listener(Listener& listener);
 
 /// A connected blocking socket, TCP_NODELAY set. Errors: not_found (nobody listens), timeout, io.
 Result<FileDescriptor> connect_to(const Endpoint& endpoint, int timeout_ms);

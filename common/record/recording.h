@@ -5,8 +5,9 @@
 // Layout, little-endian:
 //   8 bytes  "HLREC\x01\r\n" (the \x01 is the major version; \r\n shows a text-mode transfer)
 //   u32 n, n bytes of metadata (JSON object), u32 CRC32C of those bytes
-//   records: u32 length | u16 type | u16 zero | i64 time_ns | u32 CRC32C of (the preceding 16 bytes, payload)
-//   | payload
+//   records: u32 length | u16 type | u16 zero | i64 time_ns | u32 CRC32C of the payload |
+//            u32 CRC32C of the preceding 20 bytes | payload
+// A record's head has its own checksum, so that a damaged length is told apart from a file that was cut.
 
 #include <chrono>
 #include <cstdint>

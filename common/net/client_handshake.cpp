@@ -1,0 +1,138 @@
+#include "common/net/client_handshake.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "common/net/message_server.h"
+
+namespace handloft::net {
+
+namespace {
+
+int milliseconds_left(SteadyTime deadline) {
+  const auto left =
+      std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+  return static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 3'600'000));
+}
+
+Error lost(std::string_view why) {
+  return make_error(ErrorCode::io, fmt::format("the connection is gone: {}", why), "connection");
+}
+
+}  // namespace
+
+Error error_of(const v1::Failure& failure) {
+  constexpr std::array codes{ErrorCode::invalid_argument,
+                             ErrorCode::not_found,
+                             ErrorCode::already_exists,
+                             ErrorCode::failed_precondition,
+                             ErrorCode::rank_deficient,
+                             ErrorCode::resource_exhausted,
+                             ErrorCode::unsupported,
+                             ErrorCode::permission_denied,
+                             ErrorCode::io,
+                             ErrorCode::data_corrupt,
+                             ErrorCode::cancelled,
+                             ErrorCode::timeout,
+                             ErrorCode::internal};
+  const auto* code = std::find_if(codes.begin(), codes.end(),
+                                  [&](ErrorCode known) { return to_string(known) == failure.code(); });
+  return make_error(code == codes.end() ? ErrorCode::internal : *code, failure.message(), failure.field());
+}
+
+bool worth_retrying(const Error& error) {
+  return error.code == ErrorCode::not_found || error.code == ErrorCode::timeout ||
+         error.code == ErrorCode::io;
+}
+
+Status send_all(int fd, std::string_view bytes, SteadyTime deadline) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (count > 0) {
+      bytes.remove_prefix(static_cast<std::size_t>(count));
+      continue;
+    }
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN && errno != EWOULDBLOCK) return lost(std::strerror(errno));
+    pollfd writable{fd, POLLOUT, 0};
+    if (poll(&writable, 1, milliseconds_left(deadline)) == 0) {
+      return make_error(ErrorCode::timeout, "the server does not read", "connection");
+    }
+  }
+  return {};
+}
+
+Status receive_one(int fd, FrameDecoder& decoder, v1::Envelope& envelope, SteadyTime deadline) {
+  for (;;) {
+    const auto payload = decoder.next();
+    if (!payload) return payload.error();
+    if (payload.value()) return parse_envelope(*payload.value(), envelope);
+    pollfd readable{fd, POLLIN, 0};
+    const int ready = poll(&readable, 1, milliseconds_left(deadline));
+    if (ready < 0 && errno != EINTR) return lost(std::strerror(errno));
+    if (ready == 0) return make_error(ErrorCode::timeout, "no message came in time", "connection");
+    const std::span<std::uint8_t> room = decoder.prepare();
+    const ssize_t count = ::recv(fd, room.data(), room.size(), MSG_DONTWAIT);
+    if (count == 0)
+      return lost(decoder.mid_frame() ? "it was cut in the middle of a frame" : "the server closed it");
+    if (count > 0) {
+      decoder.commit(static_cast<std::size_t>(count));
+    } else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) {
+      return lost(std::strerror(errno));
+    }
+  }
+}
+
+Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& options, const Clock& clock,
+                              std::chrono::milliseconds timeout) {
+  const SteadyTime deadline = std::chrono::steady_clock::now() + timeout;
+  Result<FileDescriptor> fd = connect_to(endpoint, static_cast<int>(timeout.count()));
+  if (!fd) return fd.error();
+  if (const Status status = check_peer(fd->get(), endpoint); !status) return status.error();
+
+  v1::Envelope envelope;
+  v1::Hello& hello = *envelope.mutable_hello();
+  hello.set_protocol_major(protocol_major);
+  hello.set_protocol_minor(protocol_minor);
+  hello.set_role(options.role);
+  hello.set_program(options.program);
+  hello.set_name(options.name);
+  const TimePoint sent = clock.now();
+  hello.set_sent_ns(to_ns(sent));
+  const Result<Frame> frame = encode_frame(envelope, hello_max_frame_bytes);
+  if (!frame) return frame.error();
+  // A server that refuses at once may have closed its half already; its reason still waits to be read.
+  const Status said = send_all(fd->get(), **frame, deadline);
+
+  FrameDecoder decoder(options.max_frame_bytes);
+  if (const Status status = receive_one(fd->get(), decoder, envelope, deadline); !status) {
+    return said.ok() ? status.error() : said.error();
+  }
+  const TimePoint received = clock.now();
+  if (envelope.has_failure()) return error_of(envelope.failure());
+  if (!envelope.has_welcome()) {
+    return make_error(ErrorCode::data_corrupt, "the server's first message is no welcome", "welcome");
+  }
+  v1::Welcome welcome = envelope.welcome();
+  if (welcome.protocol_major() != protocol_major) {
+    return make_error(
+        ErrorCode::unsupported,
+        fmt::format("the server speaks protocol {}.{}, this program {}.{}", welcome.protocol_major(),
+                    welcome.protocol_minor(), protocol_major, protocol_minor),
+        "welcome.protocol_major");
+  }
+  ClockOffset offset;
+  const TimePoint their_receipt = from_ns(welcome.received_ns());
+  const TimePoint their_answer = from_ns(welcome.sent_ns());
+  offset.round_trip = (received - sent) - (their_answer - their_receipt);
+  offset.server_minus_client = ((their_receipt - sent) + (their_answer - received)) / 2;
+  return Handshake{std::move(*fd), std::move(decoder), std::move(welcome), offset};
+}
+
+}  // namespace handloft::net

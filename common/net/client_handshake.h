@@ -1,0 +1,35 @@
+#pragma once
+// Connecting and shaking hands, as MessageClient and SyncClient both do it.
+
+#include <chrono>
+
+#include "common/net/message_client.h"
+
+namespace handloft::net {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+struct Handshake {
+  FileDescriptor fd;     ///< Blocking.
+  FrameDecoder decoder;  ///< May already hold bytes that followed the Welcome.
+  v1::Welcome welcome;
+  ClockOffset offset;
+};
+
+/// One attempt. A Failure of the server comes back as its own error code and message.
+Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& options, const Clock& clock,
+                              std::chrono::milliseconds timeout);
+
+/// The next whole message, or timeout. `envelope` is reused.
+Status receive_one(int fd, FrameDecoder& decoder, v1::Envelope& envelope, SteadyTime deadline);
+
+/// Whether another attempt may succeed where this one failed: nobody listens yet, no answer.
+bool worth_retrying(const Error& error);
+
+/// What a closing Failure says, as an Error.
+Error error_of(const v1::Failure& failure);
+
+/// All bytes, waiting for room until the deadline.
+Status send_all(int fd, std::string_view bytes, SteadyTime deadline);
+
+}  // namespace handloft::net

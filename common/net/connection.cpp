@@ -1,0 +1,453 @@
+#include <fmt/format.h>
+#include <sys/socket.h>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <cerrno>
+#include <cstring>
+
+#include "common/net/server_connection.h"
+
+namespace handloft::net {
+
+namespace asio = boost::asio;
+
+namespace {
+
+/// How long a connection that is being closed may take to get rid of its last frames.
+constexpr std::chrono::milliseconds close_grace{1000};
+/// A peer that sends without a pause lets the others have their turn after so many reads.
+constexpr int reads_per_turn = 16;
+/// A caller of send() writes at most so many frames itself; the rest is the I/O thread's.
+constexpr int frames_per_flush = 32;
+constexpr std::size_t max_name_bytes = 256;
+
+Frame failure_frame(const Error& error) {
+  v1::Envelope envelope;
+  v1::Failure& failure = *envelope.mutable_failure();
+  failure.set_code(std::string(to_string(error.code)));
+  failure.set_message(error.message.substr(0, 1000));
+  failure.set_field(error.field.substr(0, 1000));
+  failure.set_closing(true);
+  return encode_frame(envelope).value();  // a few kilobytes at most
+}
+
+}  // namespace
+
+ServerConnection::ServerConnection(asio::any_io_executor executor, FileDescriptor socket, std::uint64_t id,
+                                   std::shared_ptr<const ServerShared> shared)
+    : id_(id),
+      shared_(std::move(shared)),
+      strand_(asio::make_strand(executor)),
+      descriptor_(strand_, socket.get()),
+      hello_timer_(strand_),
+      close_timer_(strand_),
+      fd_(socket.release()),
+      decoder_(std::min(hello_max_frame_bytes, shared_->options.max_frame_bytes)),
+      outbox_(shared_->options.outbox) {}
+
+void ServerConnection::start() {
+  asio::co_spawn(
+      strand_, [self = shared_from_this()]() -> asio::awaitable<void> { co_await self->run(); },
+      asio::detached);
+}
+
+void ServerConnection::refuse(const Error& error) {
+  fail(error);
+  start();
+}
+
+// ---- receiving ----
+
+// 0: the peer is gone (reason_ is set).
+asio::awaitable<std::size_t> ServerConnection::read_some() {
+  for (;;) {
+    const std::span<std::uint8_t> room = decoder_.prepare();
+    const ssize_t count = ::recv(fd_, room.data(), room.size(), MSG_DONTWAIT);
+    if (count > 0) {
+      decoder_.commit(static_cast<std::size_t>(count));
+      co_return static_cast<std::size_t>(count);
+    }
+    if (count == 0) {
+      Lock lock(mutex_);
+      hang_up(decoder_.mid_frame() ? "the peer went away in the middle of a frame" : "the peer closed");
+      co_return 0;
+    }
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN && errno != EWOULDBLOCK) {
+      const int number = errno;
+      Lock lock(mutex_);
+      hang_up(fmt::format("the peer is gone: {}", std::strerror(number)));
+      co_return 0;
+    }
+    const auto [error] = co_await descriptor_.async_wait(asio::posix::stream_descriptor::wait_read,
+                                                         asio::as_tuple(asio::use_awaitable));
+    if (error) {
+      Lock lock(mutex_);
+      hang_up("closed");
+      co_return 0;
+    }
+  }
+}
+
+asio::awaitable<void> ServerConnection::run() {
+  hello_timer_.expires_after(shared_->options.hello_timeout);
+  hello_timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+    const auto self = weak.lock();
+    if (error || !self) return;
+    self->fail(make_error(ErrorCode::timeout,
+                          fmt::format("no hello within {} ms", self->shared_->options.hello_timeout.count()),
+                          "hello"));
+  });
+  int reads = 0;
+  for (;;) {
+    const std::size_t count = co_await read_some();
+    if (count == 0) break;
+    for (;;) {
+      {
+        const Lock lock(mutex_);
+        if (phase_ == Phase::draining) {  // nothing that comes now matters any more
+          decoder_ = FrameDecoder(hello_max_frame_bytes);
+          break;
+        }
+      }
+      const auto payload = decoder_.next();
+      if (!payload) {
+        fail(payload.error());
+        continue;
+      }
+      if (!payload.value()) break;
+      if (const Status status = handle(*payload.value()); !status) fail(status.error());
+    }
+    if (++reads % reads_per_turn == 0) co_await asio::post(strand_, asio::use_awaitable);
+  }
+  finish();
+}
+
+Status ServerConnection::handle(std::span<const std::uint8_t> payload) {
+  if (const Status status = parse_envelope(payload, received_); !status) return status;
+  if (!said_hello_) return shake_hands();
+  {
+    const Lock lock(mutex_);
+    ++statistics_.frames_received;
+  }
+  switch (received_.body_case()) {
+    case v1::Envelope::kHello:
+      return make_error(ErrorCode::failed_precondition, "a second hello on one connection", "hello");
+    case v1::Envelope::kPing:
+      answer_ping(received_.ping());
+      return {};
+    case v1::Envelope::kPong:
+      return {};
+    case v1::Envelope::kFailure:
+      if (received_.failure().closing()) {
+        const Lock lock(mutex_);
+        hang_up("the peer gave up: " + received_.failure().message().substr(0, max_name_bytes));
+        return {};
+      }
+      break;
+    default:
+      break;
+  }
+  if (!shared_->events.on_message) return {};
+  return shared_->events.on_message(shared_from_this(), received_);
+}
+
+Status ServerConnection::shake_hands() {
+  const TimePoint received = shared_->clock->now();
+  if (!received_.has_hello()) {
+    return make_error(ErrorCode::failed_precondition, "the first message must be a hello", "hello");
+  }
+  const v1::Hello& hello = received_.hello();
+  if (hello.protocol_major() != protocol_major) {
+    return make_error(
+        ErrorCode::unsupported,
+        fmt::format("found protocol version {}.{}, this program speaks {}.{}", hello.protocol_major(),
+                    hello.protocol_minor(), protocol_major, protocol_minor),
+        "hello.protocol_major");
+  }
+  if (hello.name().size() > max_name_bytes || hello.program().size() > max_name_bytes) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("a name of more than {} bytes", max_name_bytes), "hello.name");
+  }
+  if (!v1::Role_IsValid(hello.role()) || hello.role() == v1::ROLE_UNSPECIFIED) {
+    return make_error(ErrorCode::invalid_argument, "expected subscriber, viewer or editor", "hello.role");
+  }
+  hello_timer_.cancel();
+  said_hello_ = true;
+  peer_ = {hello.role(), hello.program(), hello.name(), hello.protocol_minor()};
+  decoder_.set_max_frame_bytes(shared_->options.max_frame_bytes);
+
+  v1::Envelope answer;
+  v1::Welcome& welcome = *answer.mutable_welcome();
+  welcome.set_protocol_major(protocol_major);
+  welcome.set_protocol_minor(protocol_minor);
+  welcome.set_program(shared_->options.program);
+  welcome.set_client_id(id_);
+  welcome.set_max_frame_bytes(shared_->options.max_frame_bytes);
+  welcome.set_hello_sent_ns(hello.sent_ns());
+  welcome.set_received_ns(to_ns(received));
+  welcome.set_sent_ns(to_ns(shared_->clock->now()));
+  Result<Frame> frame = encode_frame(answer);
+  if (!frame) return frame.error();
+  {
+    Lock lock(mutex_);
+    if (phase_ != Phase::handshake) return {};
+    phase_ = Phase::joined;
+    outbox_.push(std::move(*frame));
+    flush(lock);
+  }
+  shared_->on_joined(id_);
+  if (shared_->events.on_join) {
+    if (Status status = shared_->events.on_join(shared_from_this()); !status) return status;
+  }
+  announced_ = true;
+  return {};
+}
+
+void ServerConnection::answer_ping(const v1::Ping& ping) {
+  v1::Envelope answer;
+  v1::Pong& pong = *answer.mutable_pong();
+  pong.set_id(ping.id());
+  pong.set_sent_ns(ping.sent_ns());
+  const std::int64_t now = to_ns(shared_->clock->now());
+  pong.set_received_ns(now);
+  pong.set_replied_ns(now);
+  send(answer);
+}
+
+void ServerConnection::finish() {
+  std::string reason;
+  Pull pull;
+  {
+    const Lock lock(mutex_);
+    phase_ = Phase::closed;
+    outbox_.clear();
+    in_flight_.reset();
+    pull.swap(pull_);
+    reason = reason_;
+    boost::system::error_code ignored;
+    descriptor_.close(ignored);
+  }
+  room_.notify_all();
+  hello_timer_.cancel();
+  close_timer_.cancel();
+  shared_->log.debug("connection {} is over: {}", id_, reason);
+  if (announced_ && shared_->events.on_closed) shared_->events.on_closed(shared_from_this(), reason);
+  shared_->on_over(id_);
+}
+
+// ---- sending ----
+
+bool ServerConnection::send(const v1::Envelope& envelope) {
+  Result<Frame> frame = encode_frame(envelope, shared_->options.max_frame_bytes);
+  if (!frame) {
+    shared_->log.error("a message to connection {} was not sent: {}", id_, frame.error().describe());
+    return false;
+  }
+  return send(*frame);
+}
+
+bool ServerConnection::send(const Frame& frame) {
+  if (frame->size() > std::size_t{shared_->options.max_frame_bytes} + frame_header_bytes) return false;
+  Lock lock(mutex_);
+  if (!accepts()) return false;
+  if (!outbox_.push(frame)) {
+    overflow();
+    return false;
+  }
+  flush(lock);
+  return true;
+}
+
+bool ServerConnection::send_latest(const SlotKey& slot, const Frame& frame) {
+  if (frame->size() > std::size_t{shared_->options.max_frame_bytes} + frame_header_bytes) return false;
+  Lock lock(mutex_);
+  if (!accepts()) return false;
+  if (!outbox_.put_latest(slot, frame)) {
+    overflow();
+    return false;
+  }
+  flush(lock);
+  return true;
+}
+
+void ServerConnection::set_pull(Pull pull) {
+  Lock lock(mutex_);
+  if (phase_ == Phase::closed) return;
+  pull_ = std::move(pull);
+  pull_wanted_ = true;
+  flush(lock);
+}
+
+void ServerConnection::notify_pull() {
+  Lock lock(mutex_);
+  pull_wanted_ = true;
+  flush(lock);
+}
+
+bool ServerConnection::write_in_flight() {
+  while (in_flight_done_ < in_flight_->size()) {
+    const ssize_t count = ::send(fd_, in_flight_->data() + in_flight_done_,
+                                 in_flight_->size() - in_flight_done_, MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (count >= 0) {
+      in_flight_done_ += static_cast<std::size_t>(count);
+      statistics_.bytes_sent += static_cast<std::uint64_t>(count);
+      continue;
+    }
+    if (errno == EINTR) continue;
+    if (errno == EAGAIN || errno == EWOULDBLOCK) {
+      wait_until_writable();
+    } else {
+      hang_up(fmt::format("the peer is gone: {}", std::strerror(errno)));
+    }
+    return false;
+  }
+  in_flight_.reset();
+  in_flight_done_ = 0;
+  ++statistics_.frames_sent;
+  return true;
+}
+
+void ServerConnection::flush(Lock& lock) {
+  if (flushing_ || write_blocked_) return;
+  flushing_ = true;
+  int frames = 0;
+  while (phase_ != Phase::closed) {
+    if (!in_flight_) {
+      if (++frames > frames_per_flush) {
+        wait_until_writable();
+        break;
+      }
+      std::optional<Frame> next = outbox_.take();
+      if (!next && pull_ && pull_wanted_ && phase_ == Phase::joined) {
+        pull_wanted_ = false;
+        const Pull pull = pull_;
+        lock.unlock();
+        next = pull();
+        lock.lock();
+        if (next) pull_wanted_ = true;
+        if (!next && !outbox_.empty()) continue;
+        if (!next && pull_wanted_) continue;
+      }
+      if (!next) break;
+      in_flight_ = std::move(*next);
+      if (phase_ == Phase::closed) break;
+    }
+    if (!write_in_flight()) break;
+  }
+  flushing_ = false;
+  if (phase_ == Phase::draining && !in_flight_ && outbox_.empty()) ::shutdown(fd_, SHUT_WR);
+  room_.notify_all();
+}
+
+void ServerConnection::wait_until_writable() {
+  write_blocked_ = true;
+  asio::post(strand_, [self = shared_from_this()] {
+    if (self->closed()) return;
+    self->descriptor_.async_wait(asio::posix::stream_descriptor::wait_write,
+                                 [self](const boost::system::error_code&) {
+                                   Lock lock(self->mutex_);
+                                   self->write_blocked_ = false;
+                                   self->flush(lock);
+                                 });
+  });
+}
+
+void ServerConnection::overflow() {
+  ++statistics_.overflows;
+  outbox_.clear();
+  overflowed_ = true;
+  asio::post(strand_, [self = shared_from_this()] {
+    {
+      const Lock lock(self->mutex_);
+      if (self->phase_ != Phase::joined) return;
+      self->overflowed_ = false;
+    }
+    const auto& ask = self->shared_->events.on_overflow;
+    if (ask && self->announced_ && ask(self) == OverflowAction::reseed) return;
+    self->fail(make_error(ErrorCode::resource_exhausted, "too slow: more was waiting to be sent than is kept",
+                          "connection"));
+  });
+}
+
+bool ServerConnection::wait_until_queued_below(std::size_t frames, std::chrono::milliseconds timeout) {
+  Lock lock(mutex_);
+  const auto has_room = [this, frames] {
+    return phase_ == Phase::closed || phase_ == Phase::draining ||
+           outbox_.queued_frames() + (in_flight_ ? 1 : 0) < frames;
+  };
+  if (!room_.wait_for(lock, timeout, has_room)) return false;
+  return phase_ == Phase::joined;
+}
+
+// ---- ending ----
+
+void ServerConnection::fail(const Error& error) {
+  Lock lock(mutex_);
+  if (phase_ == Phase::draining || phase_ == Phase::closed) return;
+  shared_->log.info("connection {} ({}) fails: {}", id_, peer_.name.empty() ? peer_.program : peer_.name,
+                    error.describe());
+  Frame last = failure_frame(error);
+  if (!outbox_.push(last)) {  // the failure matters more than what is too much anyway
+    outbox_.clear();
+    outbox_.push(std::move(last));
+  }
+  drain(error.describe());
+  flush(lock);
+}
+
+void ServerConnection::close() {
+  Lock lock(mutex_);
+  if (phase_ == Phase::draining || phase_ == Phase::closed) return;
+  drain("closed by us");
+  flush(lock);
+}
+
+// From here on only what is queued is written, then our half is shut; what the peer still sends is thrown
+// away, so that it can read our last words (a socket closed over unread data would destroy them).
+void ServerConnection::drain(std::string reason) {
+  phase_ = Phase::draining;
+  if (reason_.empty()) reason_ = std::move(reason);
+  arm_close_timer();
+}
+
+void ServerConnection::arm_close_timer() {
+  asio::post(strand_, [self = shared_from_this()] {
+    self->close_timer_.expires_after(close_grace);
+    self->close_timer_.async_wait([self](const boost::system::error_code& error) {
+      if (error) return;
+      const Lock lock(self->mutex_);
+      self->hang_up("closed");
+    });
+  });
+}
+
+// Wakes the reading coroutine, which then finishes; the descriptor itself is closed there only.
+void ServerConnection::hang_up(const std::string& reason) {
+  if (phase_ == Phase::closed) return;
+  if (reason_.empty()) reason_ = reason;
+  phase_ = Phase::draining;
+  in_flight_.reset();
+  outbox_.clear();
+  ::shutdown(fd_, SHUT_RDWR);
+}
+
+bool ServerConnection::closed() const {
+  const Lock lock(mutex_);
+  return phase_ == Phase::closed;
+}
+
+ConnectionStatistics ServerConnection::statistics() const {
+  const Lock lock(mutex_);
+  ConnectionStatistics now = statistics_;
+  now.replaced = outbox_.replaced();
+  now.queued_bytes = outbox_.queued_bytes() + (in_flight_ ? in_flight_->size() - in_flight_done_ : 0);
+  now.queued_frames = outbox_.queued_frames() + (in_flight_ ? 1 : 0);
+  return now;
+}
+
+}  // namespace handloft::net

@@ -1,0 +1,309 @@
+#include "common/net/message_client.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "common/net/client_handshake.h"
+
+namespace handloft::net {
+
+namespace {
+
+constexpr int largest_backoff = 10;
+
+}  // namespace
+
+struct MessageClient::Implementation {
+  Implementation(const Endpoint& where, ClientOptions settings, ClientEvents callbacks, const Clock& time,
+                 Logger logger)
+      : endpoint(where),
+        options(std::move(settings)),
+        events(std::move(callbacks)),
+        clock(time),
+        log(std::move(logger)),
+        wake(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+
+  const Endpoint endpoint;
+  const ClientOptions options;
+  const ClientEvents events;
+  const Clock& clock;
+  const Logger log;
+  const FileDescriptor wake;  ///< tells the thread to look: something to write, or the end
+  std::atomic<bool> stopping{false};
+  std::atomic<std::uint64_t> received{0};
+
+  // Held while writing, so that the descriptor is not closed under a sender.
+  mutable std::mutex mutex;
+  FileDescriptor fd;
+  std::deque<Frame> queue;
+  std::size_t queued_bytes = 0;
+  std::size_t first_done = 0;
+  std::uint32_t peer_max_frame_bytes = hello_max_frame_bytes;
+  std::uint64_t client_id = 0;
+  ClockOffset offset;
+
+  std::thread thread;
+
+  void nudge() const {
+    const std::uint64_t one = 1;
+    static_cast<void>(!::write(wake.get(), &one, sizeof(one)));
+  }
+
+  // ---- any thread ----
+
+  Status send(const v1::Envelope& envelope) {
+    std::unique_lock lock(mutex);
+    if (!fd.valid()) return make_error(ErrorCode::failed_precondition, "not connected", "connection");
+    const std::uint32_t limit = peer_max_frame_bytes;
+    lock.unlock();
+    Result<Frame> frame = encode_frame(envelope, limit);
+    if (!frame) return frame.error();
+    lock.lock();
+    if (!fd.valid()) return make_error(ErrorCode::failed_precondition, "not connected", "connection");
+    if (queued_bytes + (*frame)->size() > options.max_queued_bytes) {
+      return make_error(ErrorCode::resource_exhausted,
+                        fmt::format("{} bytes wait to be sent already", queued_bytes), "connection");
+    }
+    const bool idle = queue.empty();
+    queued_bytes += (*frame)->size();
+    queue.push_back(std::move(*frame));
+    if (!idle) return {};  // the thread is at it
+    write_queue();
+    if (!queue.empty()) nudge();
+    return {};
+  }
+
+  // With the mutex held. Errors show on the reading side.
+  void write_queue() {
+    while (!queue.empty()) {
+      const std::string& bytes = *queue.front();
+      const ssize_t count =
+          ::send(fd.get(), bytes.data() + first_done, bytes.size() - first_done, MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) {
+        if (errno != EAGAIN && errno != EWOULDBLOCK) drop_queue();
+        return;
+      }
+      first_done += static_cast<std::size_t>(count);
+      if (first_done < bytes.size()) continue;
+      queued_bytes -= bytes.size();
+      queue.pop_front();
+      first_done = 0;
+    }
+  }
+
+  void drop_queue() {
+    queue.clear();
+    queued_bytes = 0;
+    first_done = 0;
+  }
+
+  // ---- the client's thread ----
+
+  void adopt(Handshake& handshake) {
+    {
+      const std::lock_guard lock(mutex);
+      fd = std::move(handshake.fd);
+      drop_queue();
+      peer_max_frame_bytes = handshake.welcome.max_frame_bytes() == 0 ? default_max_frame_bytes
+                                                                      : handshake.welcome.max_frame_bytes();
+      client_id = handshake.welcome.client_id();
+      offset = handshake.offset;
+    }
+    if (events.on_connected) events.on_connected(handshake.welcome, handshake.offset);
+  }
+
+  /// Until the connection ends; says why.
+  Error receive_all(FrameDecoder& decoder) {
+    v1::Envelope envelope;
+    const int socket = fd.get();  // closed by this thread only
+    for (;;) {
+      // Whatever arrived with the last read, then one poll and one read for what comes.
+      for (;;) {
+        const auto payload = decoder.next();
+        if (!payload) return payload.error();
+        if (!payload.value()) break;
+        if (const Status status = parse_envelope(*payload.value(), envelope); !status) return status.error();
+        received.fetch_add(1, std::memory_order_relaxed);
+        if (const std::optional<Error> end = deliver(envelope)) return *end;
+        if (stopping) return make_error(ErrorCode::cancelled, "stopped by us", "connection");
+      }
+      short wanted = POLLIN;
+      {
+        const std::lock_guard lock(mutex);
+        if (!queue.empty()) wanted |= POLLOUT;
+      }
+      pollfd waiting[2] = {{socket, wanted, 0}, {wake.get(), POLLIN, 0}};
+      if (poll(waiting, 2, -1) < 0 && errno != EINTR) {
+        return make_error(ErrorCode::io, std::strerror(errno), "connection");
+      }
+      if ((waiting[1].revents & POLLIN) != 0) {
+        std::uint64_t count = 0;
+        static_cast<void>(!::read(wake.get(), &count, sizeof(count)));
+        if (stopping) return make_error(ErrorCode::cancelled, "stopped by us", "connection");
+      }
+      if ((waiting[0].revents & POLLOUT) != 0) {
+        const std::lock_guard lock(mutex);
+        write_queue();
+      }
+      if ((waiting[0].revents & (POLLIN | POLLHUP | POLLERR)) == 0) continue;
+      const std::span<std::uint8_t> room = decoder.prepare();
+      const ssize_t count = ::recv(socket, room.data(), room.size(), MSG_DONTWAIT);
+      if (count > 0) {
+        decoder.commit(static_cast<std::size_t>(count));
+      } else if (count == 0) {
+        return make_error(ErrorCode::io, "the server closed the connection", "connection");
+      } else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) {
+        return make_error(ErrorCode::io, std::strerror(errno), "connection");
+      }
+    }
+  }
+
+  std::optional<Error> deliver(v1::Envelope& envelope) {
+    if (envelope.has_ping()) {
+      const std::int64_t now = to_ns(clock.now());
+      v1::Envelope answer;
+      v1::Pong& pong = *answer.mutable_pong();
+      pong.set_id(envelope.ping().id());
+      pong.set_sent_ns(envelope.ping().sent_ns());
+      pong.set_received_ns(now);
+      pong.set_replied_ns(now);
+      static_cast<void>(send(answer));
+      return std::nullopt;
+    }
+    if (envelope.has_pong()) return std::nullopt;
+    if (envelope.has_failure() && envelope.failure().closing()) return error_of(envelope.failure());
+    if (events.on_message) events.on_message(envelope);
+    return std::nullopt;
+  }
+
+  void end_connection(const Error& error) {
+    {
+      const std::lock_guard lock(mutex);
+      fd.reset();
+      drop_queue();
+    }
+    if (error.code == ErrorCode::cancelled && stopping) return;
+    log.info("{}: {}", endpoint.to_string(), error.describe());
+    if (events.on_disconnected) events.on_disconnected(error);
+  }
+
+  /// Sleeps unless told to stop.
+  void rest(std::chrono::milliseconds duration) const {
+    pollfd waiting{wake.get(), POLLIN, 0};
+    poll(&waiting, 1, static_cast<int>(duration.count()));
+    if (stopping) return;
+    std::uint64_t count = 0;
+    static_cast<void>(!::read(wake.get(), &count, sizeof(count)));
+  }
+
+  std::optional<Handshake> reconnect() {
+    int backoff = 1;
+    std::string last_reason;
+    while (!stopping) {
+      Result<Handshake> handshake = shake_hands(endpoint, options, clock, options.handshake_timeout);
+      if (handshake) return std::move(*handshake);
+      const std::string reason = handshake.error().describe();
+      if (reason != last_reason) log.info("waiting for {}: {}", endpoint.to_string(), reason);
+      last_reason = reason;
+      rest(options.retry_interval * backoff);
+      backoff = std::min(backoff * 2, largest_backoff);
+    }
+    return std::nullopt;
+  }
+
+  void run(std::optional<Handshake> handshake, Reconnect reconnecting) {
+    bool adopted = handshake.has_value();
+    for (;;) {
+      if (!handshake) handshake = reconnect();
+      if (!handshake) return;
+      if (!adopted) adopt(*handshake);
+      adopted = false;
+      end_connection(receive_all(handshake->decoder));
+      handshake.reset();
+      if (stopping || reconnecting == Reconnect::never) return;
+      rest(options.retry_interval);
+    }
+  }
+};
+
+MessageClient::MessageClient(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+
+MessageClient::~MessageClient() {
+  implementation_->stopping = true;
+  implementation_->nudge();
+  if (implementation_->thread.joinable()) implementation_->thread.join();
+}
+
+Result<std::unique_ptr<MessageClient>> MessageClient::connect(const Endpoint& endpoint, ClientOptions options,
+                                                              ClientEvents events, const Clock& clock,
+                                                              Logger log) {
+  auto client = std::make_unique<Implementation>(endpoint, std::move(options), std::move(events), clock,
+                                                 std::move(log));
+  const SteadyTime deadline = std::chrono::steady_clock::now() + client->options.connect_timeout;
+  for (;;) {
+    Result<Handshake> handshake =
+        shake_hands(endpoint, client->options, clock, client->options.handshake_timeout);
+    if (handshake) {
+      // On this thread, so that connect() returns after it; the other thread starts with it done.
+      client->adopt(*handshake);
+      Implementation& running = *client;
+      const Reconnect again = running.options.reconnect;
+      running.thread = std::thread(
+          [&running, again, first = std::make_shared<Handshake>(std::move(*handshake))]() mutable {
+            std::optional<Handshake> taken(std::move(*first));
+            first.reset();
+            running.run(std::move(taken), again);
+          });
+      return std::unique_ptr<MessageClient>(new MessageClient(std::move(client)));
+    }
+    const bool in_time = std::chrono::steady_clock::now() + client->options.retry_interval < deadline;
+    if (!worth_retrying(handshake.error()) || !in_time) return handshake.error();
+    client->rest(client->options.retry_interval);
+  }
+}
+
+std::unique_ptr<MessageClient> MessageClient::start(const Endpoint& endpoint, ClientOptions options,
+                                                    ClientEvents events, const Clock& clock, Logger log) {
+  auto client = std::make_unique<Implementation>(endpoint, std::move(options), std::move(events), clock,
+                                                 std::move(log));
+  Implementation& running = *client;
+  running.thread = std::thread([&running] { running.run(std::nullopt, Reconnect::always); });
+  return std::unique_ptr<MessageClient>(new MessageClient(std::move(client)));
+}
+
+Status MessageClient::send(const v1::Envelope& envelope) {
+  return implementation_->send(envelope);
+}
+
+bool MessageClient::connected() const {
+  const std::lock_guard lock(implementation_->mutex);
+  return implementation_->fd.valid();
+}
+
+std::uint64_t MessageClient::client_id() const {
+  const std::lock_guard lock(implementation_->mutex);
+  return implementation_->client_id;
+}
+
+ClockOffset MessageClient::clock_offset() const {
+  const std::lock_guard lock(implementation_->mutex);
+  return implementation_->offset;
+}
+
+std::uint64_t MessageClient::frames_received() const {
+  return implementation_->received;
+}
+
+}  // namespace handloft::net

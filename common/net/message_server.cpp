@@ -1,0 +1,194 @@
+#include "common/net/message_server.h"
+
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <cerrno>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <set>
+#include <vector>
+
+#include "common/net/server_connection.h"
+
+namespace handloft::net {
+
+namespace asio = boost::asio;
+
+namespace {
+/// Out of file descriptors: try again when some may have been closed.
+constexpr std::chrono::milliseconds accept_pause{100};
+}  // namespace
+
+struct MessageServer::Implementation : std::enable_shared_from_this<MessageServer::Implementation> {
+  Implementation(asio::any_io_executor io, Listener taken, std::shared_ptr<ServerShared> common)
+      : executor(std::move(io)),
+        strand(asio::make_strand(executor)),
+        acceptor(strand, ::dup(taken.fd.get())),
+        pause(strand),
+        listener(std::move(taken)),
+        shared(std::move(common)) {}
+
+  asio::any_io_executor executor;
+  asio::strand<asio::any_io_executor> strand;
+  asio::posix::stream_descriptor acceptor;
+  asio::steady_timer pause;
+  Listener listener;
+  std::shared_ptr<ServerShared> shared;
+
+  mutable std::mutex mutex;
+  std::map<std::uint64_t, std::weak_ptr<ServerConnection>> connections;
+  std::set<std::uint64_t> half_open;
+  std::uint64_t next_id = 1;
+  bool stopped = false;
+
+  asio::awaitable<void> accept_all() {
+    for (;;) {
+      const int fd = ::accept4(listener.fd.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+      if (fd >= 0) {
+        welcome(FileDescriptor(fd));
+        continue;
+      }
+      if (errno == EINTR || errno == ECONNABORTED) continue;
+      if (errno != EAGAIN && errno != EWOULDBLOCK) {
+        shared->log.warning("cannot accept a connection: {}", std::strerror(errno));
+        pause.expires_after(accept_pause);
+        const auto [error] = co_await pause.async_wait(asio::as_tuple(asio::use_awaitable));
+        if (error || is_stopped()) co_return;
+        continue;
+      }
+      const auto [error] = co_await acceptor.async_wait(asio::posix::stream_descriptor::wait_read,
+                                                        asio::as_tuple(asio::use_awaitable));
+      if (error || is_stopped()) co_return;
+    }
+  }
+
+  bool is_stopped() const {
+    const std::lock_guard lock(mutex);
+    return stopped;
+  }
+
+  void welcome(FileDescriptor fd) {
+    if (const Status status = check_peer(fd.get(), listener.endpoint); !status) {
+      shared->log.warning("a connection is refused: {}", status.error().describe());
+      return;
+    }
+    if (listener.endpoint.kind == Endpoint::Kind::tcp) {
+      const int on = 1;
+      setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+    }
+    if (const int bytes = shared->options.send_buffer_bytes; bytes > 0) {
+      setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &bytes, sizeof(bytes));
+    }
+    std::optional<Error> full;
+    std::shared_ptr<ServerConnection> connection;
+    {
+      const std::lock_guard lock(mutex);
+      if (stopped) return;
+      if (connections.size() >= shared->options.max_connections) {
+        full = make_error(ErrorCode::resource_exhausted,
+                          fmt::format("there are {} connections already", connections.size()), "connection");
+      } else if (half_open.size() >= shared->options.max_half_open) {
+        full =
+            make_error(ErrorCode::resource_exhausted,
+                       fmt::format("{} connections have not said hello yet", half_open.size()), "connection");
+      }
+      // A crowd beyond this is not even told: those who are told take a descriptor for up to a second.
+      if (full && connections.size() >= shared->options.max_connections + shared->options.max_half_open)
+        return;
+      const std::uint64_t id = next_id++;
+      connection = std::make_shared<ServerConnection>(executor, std::move(fd), id, shared);
+      connections.emplace(id, connection);
+      if (!full) half_open.insert(id);
+    }
+    if (full) {
+      connection->refuse(*full);
+    } else {
+      connection->start();
+    }
+  }
+
+  void joined(std::uint64_t id) {
+    const std::lock_guard lock(mutex);
+    half_open.erase(id);
+  }
+
+  void over(std::uint64_t id) {
+    const std::lock_guard lock(mutex);
+    half_open.erase(id);
+    connections.erase(id);
+  }
+
+  void stop() {
+    std::vector<std::shared_ptr<ServerConnection>> open;
+    {
+      const std::lock_guard lock(mutex);
+      if (stopped) return;
+      stopped = true;
+      for (const auto& [id, weak] : connections) {
+        if (auto connection = weak.lock()) open.push_back(std::move(connection));
+      }
+    }
+    for (const auto& connection : open) connection->close();
+    // The accepting coroutine uses the descriptors on its strand, so they are closed there.
+    asio::dispatch(strand, [self = shared_from_this()] {
+      boost::system::error_code ignored;
+      self->acceptor.close(ignored);
+      self->pause.cancel();
+      close_listener(self->listener);
+    });
+  }
+};
+
+MessageServer::MessageServer(std::shared_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+
+MessageServer::~MessageServer() {
+  stop();
+}
+
+Result<std::unique_ptr<MessageServer>> MessageServer::listen(asio::any_io_executor executor,
+                                                             const Endpoint& endpoint, ServerOptions options,
+                                                             ServerEvents events, const Clock& clock,
+                                                             Logger log) {
+  Result<Listener> listener = listen_on(endpoint, options.tcp_exposure);
+  if (!listener) return listener.error();
+  auto shared = std::make_shared<ServerShared>(
+      ServerShared{std::move(options), std::move(events), &clock, std::move(log), {}, {}});
+  auto implementation =
+      std::make_shared<Implementation>(std::move(executor), std::move(*listener), std::move(shared));
+  const std::weak_ptr<Implementation> weak = implementation;
+  implementation->shared->on_joined = [weak](std::uint64_t id) {
+    if (const auto self = weak.lock()) self->joined(id);
+  };
+  implementation->shared->on_over = [weak](std::uint64_t id) {
+    if (const auto self = weak.lock()) self->over(id);
+  };
+  asio::co_spawn(
+      implementation->strand,
+      [implementation]() -> asio::awaitable<void> { co_await implementation->accept_all(); }, asio::detached);
+  return std::unique_ptr<MessageServer>(new MessageServer(std::move(implementation)));
+}
+
+const Endpoint& MessageServer::endpoint() const {
+  return implementation_->listener.endpoint;
+}
+
+std::size_t MessageServer::connection_count() const {
+  const std::lock_guard lock(implementation_->mutex);
+  return implementation_->connections.size();
+}
+
+void MessageServer::stop() {
+  implementation_->stop();
+}
+
+}  // namespace handloft::net

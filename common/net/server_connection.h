@@ -1,0 +1,106 @@
+#pragma once
+// The server's side of a connection: how message_server.cpp makes and runs it. Everything else sees
+// connection.h.
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "common/net/connection.h"
+#include "common/net/message_server.h"
+
+namespace handloft::net {
+
+/// What all connections of a server share; outlives them by shared ownership.
+struct ServerShared {
+  ServerOptions options;
+  ServerEvents events;
+  const Clock* clock = nullptr;
+  Logger log;
+  /// Called once by each connection when it is over, and when its handshake is.
+  std::function<void(std::uint64_t id)> on_over;
+  std::function<void(std::uint64_t id)> on_joined;
+};
+
+class ServerConnection final : public Connection, public std::enable_shared_from_this<ServerConnection> {
+ public:
+  ServerConnection(boost::asio::any_io_executor executor, FileDescriptor socket, std::uint64_t id,
+                   std::shared_ptr<const ServerShared> shared);
+
+  /// Handshake, then messages until the end. Call once.
+  void start();
+  /// Refuses the peer with a Failure without a handshake.
+  void refuse(const Error& error);
+
+  std::uint64_t id() const override { return id_; }
+  const PeerInfo& peer() const override { return peer_; }
+  bool send(const v1::Envelope& envelope) override;
+  bool send(const Frame& frame) override;
+  bool send_latest(const SlotKey& slot, const Frame& frame) override;
+  void set_pull(Pull pull) override;
+  void notify_pull() override;
+  bool wait_until_queued_below(std::size_t frames, std::chrono::milliseconds timeout) override;
+  void fail(const Error& error) override;
+  void close() override;
+  bool closed() const override;
+  ConnectionStatistics statistics() const override;
+
+ private:
+  enum class Phase { handshake, joined, draining, closed };
+  using Strand = boost::asio::strand<boost::asio::any_io_executor>;
+  using Lock = std::unique_lock<std::mutex>;
+
+  // On the strand.
+  boost::asio::awaitable<void> run();
+  boost::asio::awaitable<std::size_t> read_some();
+  Status handle(std::span<const std::uint8_t> payload);
+  Status shake_hands();
+  void answer_ping(const v1::Ping& ping);
+  void finish();
+
+  // With mutex_ held (flush lets go of it while it asks the pull function).
+  void flush(Lock& lock);
+  bool write_in_flight();
+  void overflow();
+  void drain(std::string reason);
+  void hang_up(const std::string& reason);
+  bool accepts() const { return phase_ == Phase::joined && !overflowed_; }
+
+  void wait_until_writable();
+  void arm_close_timer();
+
+  const std::uint64_t id_;
+  const std::shared_ptr<const ServerShared> shared_;
+  Strand strand_;
+  boost::asio::posix::stream_descriptor descriptor_;
+  boost::asio::steady_timer hello_timer_;
+  boost::asio::steady_timer close_timer_;
+  const int fd_;
+  FrameDecoder decoder_;
+  v1::Envelope received_;
+  PeerInfo peer_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable room_;
+  Phase phase_ = Phase::handshake;
+  bool announced_ = false;  ///< on_join said yes, so on_closed will come
+  bool said_hello_ = false;
+  bool overflowed_ = false;
+  bool write_blocked_ = false;  ///< the kernel's buffer is full; the strand waits for room
+  bool flushing_ = false;
+  bool pull_wanted_ = false;
+  Outbox outbox_;
+  Frame in_flight_;
+  std::size_t in_flight_done_ = 0;
+  Pull pull_;
+  std::string reason_;
+  ConnectionStatistics statistics_;
+};
+
+}  // namespace handloft::net
