@@ -1,0 +1,182 @@
+#include "daemon-tracking/publish/publisher.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "common/base/version.h"
+#include "common/net/message_server.h"
+#include "proto/session.pb.h"
+
+namespace handloft::tracking {
+
+namespace {
+
+// A subscriber to every frame may have this many unread before a replay waits for it.
+constexpr std::size_t replay_window_frames = 32;
+const net::SlotKey newest_frame_slot{1, "tracking"};
+
+struct Subscriber {
+  net::ConnectionPtr connection;
+  v1::Subscribe::Delivery delivery = v1::Subscribe::LATEST;
+};
+
+}  // namespace
+
+struct Publisher::Implementation {
+  Implementation(const Clock& clock_in, Logger log_in) : clock(clock_in), log(std::move(log_in)) {}
+
+  const Clock& clock;
+  Logger log;
+  std::unique_ptr<net::MessageServer> server;
+  mutable std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<Subscriber> subscribers;
+  std::uint64_t missed_by_the_gone = 0;
+  std::uint64_t overflows = 0;
+  v1::Envelope envelope;  // Reused from frame to frame.
+
+  Status on_message(const net::ConnectionPtr& connection, const v1::Envelope& message) {
+    if (!message.has_subscribe()) {
+      return make_error(ErrorCode::unsupported, "the tracking daemon takes 'subscribe' only",
+                        "envelope.body");
+    }
+    const std::lock_guard lock(mutex);
+    const auto known = find(connection);
+    if (known != subscribers.end()) {
+      known->delivery = message.subscribe().delivery();
+    } else {
+      subscribers.push_back({connection, message.subscribe().delivery()});
+      log.info("{} ({}) subscribes", connection->peer().program, connection->id());
+    }
+    changed.notify_all();
+    return {};
+  }
+
+  void on_closed(const net::ConnectionPtr& connection, const std::string& reason) {
+    const std::lock_guard lock(mutex);
+    const auto known = find(connection);
+    if (known == subscribers.end()) return;
+    missed_by_the_gone += connection->statistics().replaced;
+    log.info("{} ({}) is gone: {}", connection->peer().program, connection->id(), reason);
+    subscribers.erase(known);
+    changed.notify_all();
+  }
+
+  std::vector<Subscriber>::iterator find(const net::ConnectionPtr& connection) {
+    return std::find_if(subscribers.begin(), subscribers.end(),
+                        [&](const Subscriber& each) { return each.connection == connection; });
+  }
+
+  std::vector<Subscriber> present() const {
+    const std::lock_guard lock(mutex);
+    return subscribers;
+  }
+};
+
+Publisher::Publisher(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+Publisher::~Publisher() {
+  stop();
+}
+
+Result<std::unique_ptr<Publisher>> Publisher::listen(boost::asio::any_io_executor executor,
+                                                     const net::Endpoint& endpoint, const Clock& clock,
+                                                     Logger log) {
+  auto implementation = std::make_unique<Implementation>(clock, log);
+  Implementation* self = implementation.get();
+  net::ServerOptions options;
+  options.program = program_version("handloft-trackd");
+  net::ServerEvents events;
+  events.on_message = [self](const net::ConnectionPtr& connection, const v1::Envelope& message) {
+    return self->on_message(connection, message);
+  };
+  events.on_closed = [self](const net::ConnectionPtr& connection, const std::string& reason) {
+    self->on_closed(connection, reason);
+  };
+  events.on_overflow = [self](const net::ConnectionPtr&) {
+    // State, not events: the next frame is the whole state, so nothing needs to be sent anew.
+    const std::lock_guard lock(self->mutex);
+    ++self->overflows;
+    return net::OverflowAction::reseed;
+  };
+  auto server = net::MessageServer::listen(std::move(executor), endpoint, std::move(options),
+                                           std::move(events), clock, std::move(log));
+  if (!server) return server.error();
+  implementation->server = std::move(*server);
+  return std::unique_ptr<Publisher>(new Publisher(std::move(implementation)));
+}
+
+const net::Endpoint& Publisher::endpoint() const {
+  return implementation_->server->endpoint();
+}
+
+void Publisher::publish(v1::TrackingFrame& frame) {
+  const std::vector<Subscriber> subscribers = implementation_->present();
+  if (subscribers.empty()) return;
+  frame.set_publish_time_ns(to_ns(implementation_->clock.now()));
+  implementation_->envelope.mutable_tracking()->Swap(&frame);
+  const Result<net::Frame> bytes = net::encode_frame(implementation_->envelope);
+  implementation_->envelope.mutable_tracking()->Swap(&frame);
+  if (!bytes) {
+    implementation_->log.error("a tracking frame was not sent: {}", bytes.error().describe());
+    return;
+  }
+  for (const Subscriber& subscriber : subscribers) {
+    if (subscriber.delivery == v1::Subscribe::EVERY) {
+      subscriber.connection->send(*bytes);
+    } else {
+      subscriber.connection->send_latest(newest_frame_slot, *bytes);
+    }
+  }
+}
+
+void Publisher::wait_for_readers(std::chrono::milliseconds timeout) {
+  for (const Subscriber& subscriber : implementation_->present()) {
+    if (subscriber.delivery != v1::Subscribe::EVERY || subscriber.connection->closed()) continue;
+    if (!subscriber.connection->wait_until_queued_below(replay_window_frames, timeout) &&
+        !subscriber.connection->closed()) {
+      subscriber.connection->fail(
+          make_error(ErrorCode::timeout, "the replay waited too long for this subscriber to read"));
+    }
+  }
+}
+
+bool Publisher::drain(std::chrono::milliseconds timeout) {
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  bool all = true;
+  for (const Subscriber& subscriber : implementation_->present()) {
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    all &= subscriber.connection->wait_until_queued_below(1, std::max(left, std::chrono::milliseconds(0)));
+  }
+  return all;
+}
+
+bool Publisher::wait_for_subscribers(std::size_t count, std::chrono::milliseconds timeout) {
+  std::unique_lock lock(implementation_->mutex);
+  return implementation_->changed.wait_for(lock, timeout,
+                                           [&] { return implementation_->subscribers.size() >= count; });
+}
+
+std::size_t Publisher::subscriber_count() const {
+  const std::lock_guard lock(implementation_->mutex);
+  return implementation_->subscribers.size();
+}
+
+std::uint64_t Publisher::frames_missed() const {
+  const std::lock_guard lock(implementation_->mutex);
+  std::uint64_t missed = implementation_->missed_by_the_gone + implementation_->overflows;
+  for (const Subscriber& subscriber : implementation_->subscribers) {
+    missed += subscriber.connection->statistics().replaced;
+  }
+  return missed;
+}
+
+void Publisher::stop() {
+  implementation_->server->stop();
+}
+
+}  // namespace handloft::tracking

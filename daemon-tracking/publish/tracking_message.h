@@ -1,0 +1,38 @@
+#pragma once
+// The fused state as the message that subscribers get (T14): one atomic TrackingFrame per observation.
+
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "daemon-tracking/fusion/fused_state.h"
+#include "daemon-tracking/source/rig.h"
+#include "proto/tracking.pb.h"
+
+namespace handloft::tracking {
+
+/// A camera's newest frame, as far as viewers need it to draw over its picture (V1).
+struct ShownFrame {
+  std::uint32_t camera = 0;
+  TimePoint exposure_time;
+  Eigen::Isometry3d world_from_camera = Eigen::Isometry3d::Identity();
+  TrackingState state = TrackingState::lost;
+};
+
+struct DeviceReport {
+  std::string device;  ///< "camera/left", "glove"
+  bool present = false;
+  double rate_hz = 0.0;
+  std::uint64_t samples = 0;
+  std::uint64_t dropped = 0;
+  TimePoint last_sample;
+  std::string problem;
+};
+
+/// Fills `frame` (cleared first; its memory is reused) with everything but the publish time.
+/// A hand on the table (T10) is the gesture ON_TABLE whatever its fingers do, when the glove's table pad says
+/// so.
+void fill_tracking_frame(const FusedState& state, const Rig& rig, const std::vector<ShownFrame>& shown,
+                         const std::vector<DeviceReport>& devices, v1::TrackingFrame& frame);
+
+}  // namespace handloft::tracking
