@@ -1,5 +1,5 @@
-// Cost of one simulated 640x480 frame per camera, moving hand, noise and JPEG included: three cameras at 30 frames a second
-// must fit in well under half a core (4 ms a frame would be 36 % of one).
+// Cost of one simulated 640x480 frame per camera, moving hand, noise and JPEG included: three cameras at 30
+// frames a second must fit in well under half a core (4 ms a frame would be 36 % of one).
 
 #include <benchmark/benchmark.h>
 

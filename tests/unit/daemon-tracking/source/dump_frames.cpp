@@ -33,15 +33,17 @@ int main(int argc, char** argv) {
   for (std::size_t camera = 0; camera < rig.cameras.size(); ++camera) {
     CameraRenderer renderer(rig, camera, ImageOptions{});
     for (const double time : times) {
-      const Exposure exposure{program.at(time - third_s), program.at(time), program.at(time + third_s), head.at(time)};
+      const Exposure exposure{program.at(time - third_s), program.at(time), program.at(time + third_s),
+                              head.at(time)};
       const auto jpeg = renderer.render(exposure, 1);
       if (!jpeg) {
         std::cerr << jpeg.error().describe() << "\n";
         return 1;
       }
-      const auto path = folder / (rig.cameras[camera].name + "_" + std::to_string(time).substr(0, 5) + ".jpg");
-      std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(jpeg->data()),
-                                                  static_cast<std::streamsize>(jpeg->size()));
+      const auto path =
+          folder / (rig.cameras[camera].name + "_" + std::to_string(time).substr(0, 5) + ".jpg");
+      std::ofstream(path, std::ios::binary)
+          .write(reinterpret_cast<const char*>(jpeg->data()), static_cast<std::streamsize>(jpeg->size()));
       std::cout << path.string() << " " << jpeg->size() << " bytes\n";
     }
   }
