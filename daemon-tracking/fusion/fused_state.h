@@ -61,10 +61,12 @@ struct FusedHand {
   std::uint16_t raw_force = 0;  ///< 0..1023
   bool pressing = false;        ///< Pressure with hysteresis: on above 8 %, off below 5 %
   TimePoint pressing_since;
-  double potentiometer = 0.0;     ///< 0..1
-  std::uint8_t contacts = 0;      ///< Debounced bits as in the glove's report
-  bool table_by_contact = false;  ///< The glove's table pad is closed
-  bool table_by_height = false;   ///< A tracked fingertip is within 5 mm of the table
+  double potentiometer = 0.0;           ///< 0..1
+  std::uint16_t raw_potentiometer = 0;  ///< 0..1023
+  std::uint8_t battery_percent = 0;     ///< Of the last report
+  std::uint8_t contacts = 0;            ///< Debounced bits as in the glove's report
+  bool table_by_contact = false;        ///< The glove's table pad is closed
+  bool table_by_height = false;         ///< A tracked fingertip is within 5 mm of the table
 };
 
 struct FusedState {

@@ -28,6 +28,8 @@ Status GloveTracker::consume(const GloveBytes& bytes) {
   const double range = options_.force_full - options_.force_zero;
   pressure_ = range > 0.0 ? std::clamp((sorted[1] - options_.force_zero) / range, 0.0, 1.0) : 0.0;
   potentiometer_ = std::clamp(report->potentiometer / static_cast<double>(glove_analogue_max), 0.0, 1.0);
+  raw_potentiometer_ = report->potentiometer;
+  battery_percent_ = report->battery_percent;
   const bool pressing = pressure_ > (pressing_ ? options_.pressing_off : options_.pressing_on);
   if (pressing != pressing_) pressing_since_ = time;
   pressing_ = pressing;
@@ -65,6 +67,8 @@ void GloveTracker::describe(FusedHand& hand) const {
   hand.pressing = pressing_;
   hand.pressing_since = pressing_since_;
   hand.potentiometer = potentiometer_;
+  hand.raw_potentiometer = raw_potentiometer_;
+  hand.battery_percent = battery_percent_;
   hand.contacts = contacts_.bits();
   hand.table_by_contact = (contacts_.bits() & contact_table) != 0;
 }

@@ -51,6 +51,8 @@ class GloveTracker {
   bool pressing_ = false;
   TimePoint pressing_since_;
   double potentiometer_ = 0.0;
+  std::uint16_t raw_potentiometer_ = 0;
+  std::uint8_t battery_percent_ = 0;
 };
 
 }  // namespace handloft::tracking
