@@ -255,6 +255,7 @@ bool ServerConnection::send(const Frame& frame) {
   if (frame->size() > std::size_t{shared_->options.max_frame_bytes} + frame_header_bytes) return false;
   Lock lock(mutex_);
   if (!accepts()) return false;
+  if (write_at_once(frame)) return true;
   if (!outbox_.push(frame)) {
     overflow();
     return false;
@@ -267,6 +268,7 @@ bool ServerConnection::send_latest(const SlotKey& slot, const Frame& frame) {
   if (frame->size() > std::size_t{shared_->options.max_frame_bytes} + frame_header_bytes) return false;
   Lock lock(mutex_);
   if (!accepts()) return false;
+  if (write_at_once(frame)) return true;
   if (!outbox_.put_latest(slot, frame)) {
     overflow();
     return false;
@@ -287,6 +289,14 @@ void ServerConnection::notify_pull() {
   Lock lock(mutex_);
   pull_wanted_ = true;
   flush(lock);
+}
+
+// The usual case, a receiver that keeps up, without the detour through the outbox.
+bool ServerConnection::write_at_once(const Frame& frame) {
+  if (flushing_ || write_blocked_ || in_flight_ || !outbox_.empty()) return false;
+  in_flight_ = frame;
+  static_cast<void>(write_in_flight());
+  return true;
 }
 
 bool ServerConnection::write_in_flight() {
@@ -341,7 +351,7 @@ void ServerConnection::flush(Lock& lock) {
   }
   flushing_ = false;
   if (phase_ == Phase::draining && !in_flight_ && outbox_.empty()) ::shutdown(fd_, SHUT_WR);
-  room_.notify_all();
+  if (waiting_for_room_ > 0) room_.notify_all();
 }
 
 void ServerConnection::wait_until_writable() {
@@ -380,7 +390,10 @@ bool ServerConnection::wait_until_queued_below(std::size_t frames, std::chrono::
     return phase_ == Phase::closed || phase_ == Phase::draining ||
            outbox_.queued_frames() + (in_flight_ ? 1 : 0) < frames;
   };
-  if (!room_.wait_for(lock, timeout, has_room)) return false;
+  ++waiting_for_room_;
+  const bool in_time = room_.wait_for(lock, timeout, has_room);
+  --waiting_for_room_;
+  if (!in_time) return false;
   return phase_ == Phase::joined;
 }
 

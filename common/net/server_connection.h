@@ -66,6 +66,7 @@ class ServerConnection final : public Connection, public std::enable_shared_from
 
   // With mutex_ held (flush lets go of it while it asks the pull function).
   void flush(Lock& lock);
+  bool write_at_once(const Frame& frame);
   bool write_in_flight();
   void overflow();
   void drain(std::string reason);
@@ -88,6 +89,7 @@ class ServerConnection final : public Connection, public std::enable_shared_from
 
   mutable std::mutex mutex_;
   std::condition_variable room_;
+  int waiting_for_room_ = 0;
   Phase phase_ = Phase::handshake;
   bool announced_ = false;  ///< on_join said yes, so on_closed will come
   bool said_hello_ = false;
