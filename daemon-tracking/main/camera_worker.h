@@ -1,0 +1,51 @@
+#pragma once
+// One camera's vision on a thread of its own (tracking.md 5.2): looks at the newest frame, never at a queue
+// of old ones.
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "common/base/log.h"
+#include "daemon-tracking/source/sample.h"
+#include "daemon-tracking/vision/camera_tracker.h"
+
+namespace handloft::tracking {
+
+class CameraWorker {
+ public:
+  using Done = std::function<void(CameraFrame, CameraObservation)>;
+
+  /// `done` is called on the worker's thread for each frame that decoded.
+  CameraWorker(CameraTracker tracker, Done done, Logger log, const Clock& clock);
+  ~CameraWorker();
+  CameraWorker(const CameraWorker&) = delete;
+  CameraWorker& operator=(const CameraWorker&) = delete;
+
+  /// Replaces a frame that still waits. Never blocks.
+  void offer(CameraFrame frame);
+  /// Ends after the frame in hand and the one that waits.
+  void finish();
+  std::uint64_t dropped() const { return dropped_.load(); }
+
+ private:
+  void run();
+
+  CameraTracker tracker_;
+  Done done_;
+  Logger log_;
+  const Clock& clock_;
+  RateLimit complaints_{std::chrono::seconds(1)};
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<CameraFrame> waiting_;
+  bool finishing_ = false;
+  std::atomic<std::uint64_t> dropped_{0};
+  std::thread thread_;
+};
+
+}  // namespace handloft::tracking

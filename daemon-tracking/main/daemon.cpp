@@ -1,0 +1,231 @@
+#include "daemon-tracking/main/daemon.h"
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "common/net/endpoint.h"
+#include "common/net/frame_ring.h"
+#include "daemon-tracking/main/bounded_queue.h"
+#include "daemon-tracking/main/camera_worker.h"
+#include "daemon-tracking/main/fusion_stage.h"
+#include "daemon-tracking/main/sample_recorder.h"
+#include "daemon-tracking/main/sources.h"
+#include "daemon-tracking/publish/publisher.h"
+#include "daemon-tracking/source/paced_source.h"
+#include "daemon-tracking/source/recorded/recorded_stream.h"
+
+namespace handloft::tracking {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto poll_interval = 50ms;         // How soon a requested stop is seen.
+constexpr Duration simulation_lead = 300ms;  // The first frames are rendered before they are due.
+constexpr TimePoint fast_simulation_start = from_ns(1'000'000'000);  // Any fixed time but "none".
+constexpr std::size_t fusion_queue_samples = 1024;                   // A second of everything.
+constexpr auto slow_reader_timeout = 30s;
+
+// Asio on a thread of its own, ended and joined with the object.
+class IoThread {
+ public:
+  IoThread() : work_(context_.get_executor()), thread_([this] { context_.run(); }) {}
+  ~IoThread() { finish(); }
+  IoThread(const IoThread&) = delete;
+  IoThread& operator=(const IoThread&) = delete;
+  boost::asio::io_context& context() { return context_; }
+  // Lets what is under way end, for a moment, then ends.
+  void finish() {
+    if (!thread_.joinable()) return;
+    work_.reset();
+    const auto deadline = std::chrono::steady_clock::now() + 1500ms;
+    while (!context_.stopped() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    context_.stop();
+    thread_.join();
+  }
+
+ private:
+  boost::asio::io_context context_{1};
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
+  std::thread thread_;
+};
+
+struct Fused {
+  CameraFrame frame;
+  CameraObservation observation;
+};
+using FusionInput = std::variant<Sample, Fused>;
+
+// Real time: vision on workers, fusion on one thread, the source on its own.
+Result<std::vector<std::uint64_t>> run_live(SampleSource& source, const Rig& rig, FusionStage& stage,
+                                            const Clock& clock, const Logger& log,
+                                            const StopRequested& stop_requested) {
+  BoundedQueue<FusionInput> queue(fusion_queue_samples);
+  RateLimit complaints(1s);
+  const auto enqueue = [&](FusionInput input) {
+    if (queue.push(std::move(input))) return;
+    if (const auto kept_back = complaints.allow(clock.now())) {
+      log.warning("the fusion is too slow: a sample was dropped ({} more such)", *kept_back);
+    }
+  };
+  std::vector<std::unique_ptr<CameraWorker>> workers;
+  for (std::uint32_t camera = 0; camera < rig.cameras.size(); ++camera) {
+    CameraTrackerOptions options;
+    options.stopwatch = &clock;
+    Result<CameraTracker> tracker = CameraTracker::create(rig, camera, options);
+    if (!tracker) return tracker.error();
+    workers.push_back(std::make_unique<CameraWorker>(
+        std::move(*tracker),
+        [&](CameraFrame frame, CameraObservation observation) {
+          enqueue(Fused{std::move(frame), std::move(observation)});
+        },
+        log, clock));
+  }
+  std::thread fusion([&] {
+    while (std::optional<FusionInput> input = queue.pop()) {
+      if (const auto* fused = std::get_if<Fused>(&*input)) {
+        stage.consume(fused->frame, fused->observation);
+      } else {
+        stage.consume(std::get<Sample>(*input));
+      }
+    }
+  });
+  const Status started = source.start([&](Sample sample) {
+    if (auto* frame = std::get_if<CameraFrame>(&sample)) {
+      if (frame->camera < workers.size()) workers[frame->camera]->offer(std::move(*frame));
+    } else {
+      enqueue(std::move(sample));
+    }
+  });
+  while (started && !source.finished() && !stop_requested()) std::this_thread::sleep_for(poll_interval);
+
+  // First nobody produces any more, then what is under way is finished, stage by stage.
+  source.stop();
+  std::vector<std::uint64_t> dropped;
+  for (const auto& worker : workers) {
+    worker->finish();
+    dropped.push_back(worker->dropped());
+  }
+  queue.close();
+  fusion.join();
+  if (!started) return started.error();
+  return dropped;
+}
+
+// As fast as it goes, on one thread, waiting for whoever wants every frame.
+void run_fast(SampleStream& stream, FusionStage& stage, Publisher& publisher,
+              const StopRequested& stop_requested) {
+  while (!stop_requested()) {
+    const std::optional<Sample> sample = stream.next();
+    if (!sample) return;
+    stage.consume(*sample);
+    if (std::holds_alternative<CameraFrame>(*sample)) publisher.wait_for_readers(slow_reader_timeout);
+  }
+}
+
+Result<net::Endpoint> listening_endpoint(const DaemonOptions& options) {
+  return options.listen.empty() ? net::default_tracking_endpoint() : net::parse_endpoint(options.listen);
+}
+
+bool is_fast(const DaemonOptions& options) {
+  return options.pace == "fast" || (options.pace == "default" && options.replay.has_value());
+}
+
+}  // namespace
+
+Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clock, const Logger& log,
+                                  const StopRequested& stop_requested) {
+  const bool fast = is_fast(options);
+  // Real time is brought to the present by a shift, once the session begins.
+  Result<SourceSet> sources = open_sources(options, fast ? fast_simulation_start : TimePoint{});
+  if (!sources) return sources.error();
+  PipelineOptions pipeline_options;
+  Result<TrackingPipeline> pipeline = TrackingPipeline::create(sources->rig, pipeline_options);
+  if (!pipeline) return pipeline.error();
+  const Result<net::Endpoint> endpoint = listening_endpoint(options);
+  if (!endpoint) return endpoint.error();
+
+  IoThread io;
+  Result<std::unique_ptr<Publisher>> publisher =
+      Publisher::listen(io.context().get_executor(), *endpoint, clock, log.component("publish"));
+  if (!publisher) return publisher.error();
+  std::optional<net::FrameRingWriter> ring;
+  std::unique_ptr<net::FrameRingServer> ring_server;
+  if (options.video && (*publisher)->endpoint().kind == net::Endpoint::Kind::unix_socket) {
+    const Result<net::Endpoint> video = net::video_endpoint((*publisher)->endpoint());
+    if (!video) return video.error();
+    net::FrameRingOptions ring_options;
+    ring_options.slot_count = static_cast<std::uint32_t>(3 * sources->rig.cameras.size());
+    Result<net::FrameRingWriter> writer = net::FrameRingWriter::create(ring_options);
+    if (!writer) return writer.error();
+    ring.emplace(std::move(*writer));
+    auto server =
+        net::FrameRingServer::listen(io.context().get_executor(), *video, ring->fd(), log.component("video"));
+    if (!server) return server.error();
+    ring_server = std::move(*server);
+  }
+  std::unique_ptr<SampleRecorder> recorder;
+  if (options.record) {
+    Result<std::unique_ptr<SampleRecorder>> created =
+        SampleRecorder::create(*options.record, sources->description, clock, log.component("record"));
+    if (!created) return created.error();
+    recorder = std::move(*created);
+  }
+  log.info("listening on {}", (*publisher)->endpoint().to_string());
+
+  const TimePoint give_up = clock.now() + from_seconds(options.wait_timeout_s);
+  while (!stop_requested() &&
+         !(*publisher)->wait_for_subscribers(options.wait_for_subscribers, poll_interval)) {
+    if (clock.now() > give_up) {
+      return make_error(
+          ErrorCode::timeout,
+          fmt::format("found {} subscribers after {} s, expected {}", (*publisher)->subscriber_count(),
+                      options.wait_timeout_s, options.wait_for_subscribers),
+          "wait_for_subscribers");
+    }
+  }
+
+  FusionStage stage(std::move(*pipeline), **publisher, recorder.get(), ring ? &*ring : nullptr, clock,
+                    fast ? TimeLine::past : TimeLine::present);
+  std::vector<std::uint64_t> dropped;
+  if (fast) {
+    run_fast(*sources->stream, stage, **publisher, stop_requested);
+  } else {
+    PaceOptions pace;
+    const TimePoint start = clock.now() + simulation_lead;
+    pace.shift = start - TimePoint{};
+    if (options.replay) {
+      const Result<Duration> shift = shift_to(*options.replay, start);
+      if (!shift) return shift.error();
+      pace.shift = *shift;
+    }
+    PacedSource source("rig", std::move(sources->stream), clock, pace);
+    Result<std::vector<std::uint64_t>> live =
+        run_live(source, sources->rig, stage, clock, log, stop_requested);
+    if (!live) return live.error();
+    dropped = std::move(*live);
+  }
+  stage.publish_end();
+  log.info("the session has ended");
+  while (!options.exit_at_end && !stop_requested()) std::this_thread::sleep_for(poll_interval);
+
+  (*publisher)->drain(5s);
+  Status recorded;
+  if (recorder) recorded = recorder->finish();
+  SessionFigures figures = stage.figures(dropped);
+  figures.source = sources->description;
+  (*publisher)->stop();
+  if (ring_server) ring_server->stop();
+  io.finish();
+  if (!recorded) return recorded.error();
+  return figures;
+}
+
+}  // namespace handloft::tracking

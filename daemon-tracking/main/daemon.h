@@ -1,0 +1,27 @@
+#pragma once
+// The running daemon: samples in, published frames out.
+//
+// Live (real time), a worker a camera does that camera's vision on its newest frame, and one fusion thread
+// owns all filter state. A recording is written in the order in which the fusion consumed, so that a replay,
+// which is one thread from end to end, gives the same bits (T13). No thread waits for a subscriber, but for a
+// replay's.
+
+#include <functional>
+
+#include "common/base/clock.h"
+#include "common/base/log.h"
+#include "common/base/result.h"
+#include "daemon-tracking/main/options.h"
+#include "daemon-tracking/main/report.h"
+
+namespace handloft::tracking {
+
+/// Asked often; true: end in order.
+using StopRequested = std::function<bool()>;
+
+/// Runs until the source ends (with exit_at_end) or a stop is requested. Errors only where it can't start or
+/// where the recording was lost.
+Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clock, const Logger& log,
+                                  const StopRequested& stop_requested);
+
+}  // namespace handloft::tracking

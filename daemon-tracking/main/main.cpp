@@ -1,0 +1,50 @@
+// handloft-trackd: see --help, and daemon-tracking/README.md for where to start reading.
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+
+#include "daemon-tracking/main/daemon.h"
+
+namespace {
+
+std::atomic<bool> stop_signalled{false};
+void on_signal(int) {
+  stop_signalled.store(true);
+}
+
+int fail(const handloft::Error& error) {
+  std::fprintf(stderr, "handloft-trackd: %s\n", error.describe().c_str());
+  return error.code == handloft::ErrorCode::invalid_argument ? 2 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace handloft;
+  tracking::DaemonOptions options;
+  OptionTable table = tracking::make_option_table(options);
+  const Result<ParseOutcome> parsed = table.parse(argc, argv);
+  if (!parsed) return fail(parsed.error());
+  if (parsed->action == ParseOutcome::Action::show_text) {
+    std::fputs(parsed->text.c_str(), stdout);
+    return 0;
+  }
+  if (const Status good = tracking::check(options); !good) return fail(good.error());
+  const Result<LogLevel> level = parse_log_level(options.log_level);
+  if (!level) return fail(level.error());
+
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  std::signal(SIGPIPE, SIG_IGN);
+
+  const SystemClock clock;
+  const Logger log("trackd", *level);
+  const auto figures = tracking::run_daemon(options, clock, log, [] { return stop_signalled.load(); });
+  if (!figures) return fail(figures.error());
+  if (options.report) {
+    if (const Status written = tracking::write_report(*figures, *options.report); !written)
+      return fail(written.error());
+  }
+  return 0;
+}

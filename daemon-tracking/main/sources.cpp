@@ -1,0 +1,101 @@
+#include "daemon-tracking/main/sources.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "common/codec/tilt_file.h"
+#include "daemon-tracking/source/recorded/recorded_stream.h"
+#include "daemon-tracking/source/simulated/mouse_shell.h"
+#include "daemon-tracking/source/simulated/simulated_rig.h"
+#include "daemon-tracking/source/simulated/stroke_program.h"
+
+namespace handloft::tracking {
+
+namespace {
+
+constexpr const char* rig_name = "default";
+
+// Unity's left-handed axes, y up, to ours: z up, y away from the designer.
+Stroke to_stroke(const codec::TiltStroke& from) {
+  Stroke stroke;
+  stroke.reserve(from.points.size());
+  for (const codec::TiltControlPoint& point : from.points) {
+    StrokePoint to;
+    to.position_m = {point.position[0], point.position[2], point.position[1]};
+    to.pressure = std::clamp(static_cast<double>(point.pressure), 0.0, 1.0);
+    to.time_s = static_cast<double>(point.time_ms) / 1000.0;
+    stroke.push_back(to);
+  }
+  return stroke;
+}
+
+Result<HandProgram> stroke_file_program(const DaemonOptions& options,
+                                        std::map<std::string, std::string>& description) {
+  const Result<codec::TiltFile> file = codec::read_tilt_file(*options.strokes);
+  if (!file) return file.error();
+  std::vector<Stroke> strokes;
+  for (const codec::TiltStroke& each : file->strokes) {
+    if (!each.points.empty()) strokes.push_back(to_stroke(each));
+  }
+  StrokeProgramOptions program_options;
+  program_options.hand.seed = options.seed;
+  Result<StrokeProgram> program = stroke_program(strokes, program_options);
+  if (!program) return program.error();
+  description["strokes"] =
+      fmt::format("{} strokes, {} points, scaled by {:.4f}, slowed {:.2f} times", strokes.size(),
+                  file->point_count(), program->placement.scale, program->placement.time_stretch);
+  return std::move(program->program);
+}
+
+Result<SourceSet> open_simulation(const DaemonOptions& options, TimePoint start) {
+  SourceSet set;
+  set.rig = default_rig();
+  set.description = {
+      {"rig", rig_name}, {"simulate", *options.simulate}, {"seed", std::to_string(options.seed)}};
+  HandProgram program;
+  if (options.simulate == "strokes") {
+    Result<HandProgram> strokes = stroke_file_program(options, set.description);
+    if (!strokes) return strokes.error();
+    program = std::move(*strokes);
+  } else {
+    mouse_shell::Options shell;
+    shell.hand.seed = options.seed;
+    // The side is a shape of its own on either side: after "same shape" comes "partner".
+    shell.side_symmetry = mouse_shell::SideSymmetry::toggle;
+    program = mouse_shell_program(shell);
+  }
+  SimulatedRigOptions rig_options;
+  rig_options.seed = options.seed;
+  rig_options.start = start;
+  rig_options.frames_per_s = options.camera_rate_hz;
+  set.stream = std::make_unique<SimulatedRig>(set.rig, std::move(program), rig_options);
+  return set;
+}
+
+Result<SourceSet> open_recording(const DaemonOptions& options) {
+  Result<std::unique_ptr<RecordedStream>> stream = RecordedStream::open(*options.replay);
+  if (!stream) return stream.error();
+  const auto& more = (*stream)->metadata().more;
+  const auto rig = more.find("rig");
+  if (rig != more.end() && rig->second != rig_name) {
+    return make_error(ErrorCode::unsupported,
+                      fmt::format("{} was recorded with the rig '{}', expected '{}'", *options.replay,
+                                  rig->second, rig_name),
+                      "replay");
+  }
+  SourceSet set;
+  set.rig = default_rig();
+  set.description = more;
+  set.stream = std::move(*stream);
+  return set;
+}
+
+}  // namespace
+
+Result<SourceSet> open_sources(const DaemonOptions& options, TimePoint start) {
+  return options.replay ? open_recording(options) : open_simulation(options, start);
+}
+
+}  // namespace handloft::tracking
