@@ -39,7 +39,7 @@ struct PressureMark {
 /// New strokes are mirrored at this plane (A12).
 struct SymmetryHint {
   glm::vec3 origin{0.0F};
-  glm::vec3 normal{0.0F, 1.0F, 0.0F};
+  glm::vec3 normal{1.0F, 0.0F, 0.0F};  ///< The interaction's own plane: x = 0.
 };
 
 /// A rounded rectangle in output pixels, origin top left.

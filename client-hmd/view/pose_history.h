@@ -35,7 +35,8 @@ struct PoseHistoryOptions {
 
 class PoseHistory {
  public:
-  explicit PoseHistory(PoseHistoryOptions options = {}) : options_(options) {}
+  PoseHistory() = default;
+  explicit PoseHistory(PoseHistoryOptions options) : options_(options) {}
 
   /// False, and nothing is kept, when the time is not after the newest or anything is not finite, or when the
   /// orientation is not a rotation. A jump back by more than a second (the daemon started anew) clears the history.

@@ -1,0 +1,65 @@
+#pragma once
+// The connection to the model server: joins, mirrors, reconnects and resumes by itself, and hands the newest state to
+// the frame loop, which never waits for it (V5). A refused delta counts, leaves the picture as it was, and makes the
+// feed join again: a reconnect is the same code as a late join (U3).
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "client-hmd/mirror/latency.h"
+#include "client-hmd/mirror/scene_mirror.h"
+#include "common/base/clock.h"
+#include "common/base/log.h"
+#include "common/net/endpoint.h"
+
+namespace handloft::client {
+
+/// What somebody's hand does, for the HUD.
+struct Activity {
+  std::uint64_t client_id = 0;
+  std::string name;
+  std::string tool;    ///< "laying points", "fit"; empty: nothing.
+  std::string entity;  ///< On which entity.
+  bool symmetry = false;
+};
+
+/// One consistent state of the connection.
+struct ModelState {
+  std::shared_ptr<const Scene> scene = std::make_shared<const Scene>();
+  bool connected = false;
+  std::string problem;             ///< Why it is not, in words.
+  std::uint64_t snapshots = 0;     ///< 0: nothing was received yet.
+  TimePoint received_at;           ///< When the newest message of the scene came.
+  TimePoint last_heard;            ///< When anything came at all.
+  TimePoint capture_time;          ///< Of the newest tracking frame that shaped the scene, on our clock.
+  bool has_capture_time = false;
+  std::map<std::uint64_t, Activity> activities;
+};
+
+struct ModelFeedStatistics {
+  std::uint64_t connects = 0;  ///< Handshakes; reconnects are one less.
+  MirrorStatistics mirror;
+  LatencyHistogram capture_to_receipt;
+};
+
+class ModelFeed {
+ public:
+  /// Returns at once; connects, and reconnects, on a thread of its own. `clock` must outlive the feed.
+  static std::unique_ptr<ModelFeed> start(const net::Endpoint& endpoint, const Clock& clock, Logger log);
+  ~ModelFeed();
+  ModelFeed(const ModelFeed&) = delete;
+  ModelFeed& operator=(const ModelFeed&) = delete;
+
+  /// The newest state. Any thread; never waits for the network.
+  std::shared_ptr<const ModelState> state() const;
+  ModelFeedStatistics statistics() const;
+
+ private:
+  struct Implementation;
+  explicit ModelFeed(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace handloft::client

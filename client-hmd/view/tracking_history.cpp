@@ -1,0 +1,134 @@
+#include <algorithm>
+#include <cmath>
+
+#include "client-hmd/view/tracking_feed.h"
+
+namespace handloft::client {
+namespace {
+
+glm::dvec3 vector_of(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+RigidPose pose_of(const v1::Pose& pose) {
+  const v1::Quaternion& q = pose.orientation();
+  return {vector_of(pose.position()), {q.w(), q.x(), q.y(), q.z()}};
+}
+
+bool usable(v1::TrackingState state) {
+  return state == v1::TRACKING_TRACKED || state == v1::TRACKING_SINGLE || state == v1::TRACKING_PREDICTED;
+}
+
+std::optional<Pinhole> pinhole_of(const v1::CameraState& state) {
+  constexpr std::uint32_t max_side_px = 16384;
+  if (state.width_px() > max_side_px || state.height_px() > max_side_px) return std::nullopt;
+  Pinhole camera;
+  camera.width_px = static_cast<int>(state.width_px());
+  camera.height_px = static_cast<int>(state.height_px());
+  camera.fx_px = state.fx_px();
+  camera.fy_px = state.fy_px();
+  camera.cx_px = state.cx_px();
+  camera.cy_px = state.cy_px();
+  const int terms = std::min(state.distortion_size(), static_cast<int>(camera.distortion.size()));
+  for (int i = 0; i < terms; ++i) camera.distortion[static_cast<std::size_t>(i)] = state.distortion(i);
+  if (!check_pinhole(camera)) return std::nullopt;
+  return camera;
+}
+
+}  // namespace
+
+void TrackingHistory::clear() {
+  head_.clear();
+  for (PoseHistory& finger : fingers_) finger.clear();
+  finger_states_.fill(v1::TRACKING_LOST);
+  cameras_.clear();
+  status_.hand.reset();
+  status_.end_of_recording = false;
+}
+
+void TrackingHistory::add(const v1::TrackingFrame& frame, Duration to_local, TimePoint received) {
+  const TimePoint time = from_ns(frame.capture_time_ns()) + to_local;
+  ++status_.frames;
+  status_.received_at = received;
+  status_.capture_time = time;
+  status_.end_of_recording = status_.end_of_recording || frame.end_of_recording();
+  if (frame.has_head()) add_head(frame.head(), time);
+  if (frame.hands_size() > 0) add_hand(frame.hands(0), time);
+  for (const v1::CameraState& state : frame.cameras()) add_camera(state, to_local);
+  status_.cameras.clear();
+  for (const Camera& camera : cameras_) status_.cameras.push_back(camera.camera);
+}
+
+void TrackingHistory::add_head(const v1::HeadState& head, TimePoint time) {
+  if (!usable(head.state())) return;
+  const MeasuredPose sample{time, pose_of(head.world_from_head()), vector_of(head.linear_velocity()),
+                            vector_of(head.angular_velocity())};
+  if (!head_.push(sample)) ++status_.refused;
+}
+
+void TrackingHistory::add_hand(const v1::HandState& hand, TimePoint time) {
+  HandStatus status;
+  status.gesture = hand.gesture();
+  status.pressure = std::isfinite(hand.pressure()) ? std::clamp(hand.pressure(), 0.0, 1.0) : 0.0;
+  status.pressing = hand.pressing();
+  status.glove_present = hand.glove_present();
+  status.battery_percent = std::min(hand.battery_percent(), 100U);
+  status_.hand = status;
+  std::array<bool, finger_count> mentioned{};
+  for (const v1::FingertipState& tip : hand.fingertips()) {
+    const auto index = static_cast<std::size_t>(tip.finger());
+    if (index >= finger_count || mentioned[index]) continue;
+    mentioned[index] = true;
+    finger_states_[index] = tip.state();
+    if (!usable(tip.state())) continue;
+    MeasuredPose sample;
+    sample.time = time;
+    sample.pose.position = vector_of(tip.position());
+    sample.linear_velocity = vector_of(tip.velocity());
+    if (!fingers_[index].push(sample)) ++status_.refused;
+  }
+}
+
+void TrackingHistory::add_camera(const v1::CameraState& state, Duration to_local) {
+  const std::optional<Pinhole> pinhole = pinhole_of(state);
+  if (!pinhole) {
+    ++status_.refused;
+    return;
+  }
+  auto found = std::find_if(cameras_.begin(), cameras_.end(),
+                            [&state](const Camera& camera) { return camera.camera.index == state.camera(); });
+  if (found == cameras_.end()) {
+    if (cameras_.size() >= max_cameras) return;
+    found = cameras_.insert(cameras_.end(), Camera{});
+  }
+  constexpr std::size_t max_name_bytes = 64;
+  found->camera = {state.camera(), state.name().substr(0, max_name_bytes), *pinhole, state.on_head()};
+  if (!usable(state.state())) return;
+  MeasuredPose sample;
+  sample.time = from_ns(state.exposure_time_ns()) + to_local;
+  if (sample.time == found->newest) return;  // The same exposure, repeated with another camera's frame.
+  sample.pose = pose_of(state.world_from_camera());
+  if (found->poses.push(sample)) {
+    found->newest = sample.time;
+  } else {
+    ++status_.refused;
+  }
+}
+
+std::optional<PoseAnswer> TrackingHistory::camera_at(std::uint32_t index, TimePoint time) const {
+  for (const Camera& camera : cameras_) {
+    if (camera.camera.index == index) return camera.poses.at(time);
+  }
+  return std::nullopt;
+}
+
+std::array<std::optional<FingerAnswer>, finger_count> TrackingHistory::fingers_at(TimePoint time) const {
+  std::array<std::optional<FingerAnswer>, finger_count> out;
+  for (std::size_t i = 0; i < finger_count; ++i) {
+    if (!usable(finger_states_[i])) continue;
+    if (const std::optional<PoseAnswer> answer = fingers_[i].at(time)) {
+      out[i] = FingerAnswer{answer->pose.position, finger_states_[i] != v1::TRACKING_PREDICTED};
+    }
+  }
+  return out;
+}
+
+}  // namespace handloft::client
