@@ -38,7 +38,7 @@ class ContactDebouncer {
  private:
   struct Pad {
     bool raw = false;
-    bool pending = false;  ///< raw differs from the debounced state
+    bool pending = false;    ///< raw differs from the debounced state
     bool edge_seen = false;  ///< first_edge is valid
     TimePoint first_edge;    ///< Of the run of edges that led to here
     TimePoint stable_since;

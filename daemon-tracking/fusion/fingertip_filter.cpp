@@ -7,8 +7,8 @@
 
 namespace handloft::tracking {
 
-void FingertipFilter::motion(double dt_s, const FingertipFilterOptions& options, Matrix6d& transition,
-                             Matrix6d& noise) {
+void FingertipFilter::motion(double dt_s, double density, const FingertipFilterOptions& options,
+                             Matrix6d& transition, Matrix6d& noise) {
   // Integrated Ornstein-Uhlenbeck process (Gillespie 1996), per axis: dv = -v/tau dt + q dW, dx = v dt.
   const double tau = options.velocity_decay_s;
   const double decay = std::exp(-dt_s / tau);
@@ -19,7 +19,7 @@ void FingertipFilter::motion(double dt_s, const FingertipFilterOptions& options,
   // For dt << tau, which the step limit ensures, the white-acceleration covariance is exact to first order in
   // dt/tau.
   const double step = std::clamp(dt_s, 0.0, options.max_step_s);
-  const double q = options.acceleration_density * options.acceleration_density;
+  const double q = density * density;
   noise.setZero();
   noise.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() * (q * step * step * step / 3.0);
   noise.topRightCorner<3, 3>() = Eigen::Matrix3d::Identity() * (q * step * step / 2.0);
@@ -32,6 +32,7 @@ void FingertipFilter::start(TimePoint time, const Eigen::Vector3d& position_m,
   *this = FingertipFilter{};
   alive_ = position_m.allFinite() && covariance.allFinite();
   time_ = last_update_ = time;
+  density_ = options.acceleration_density;
   mean_.setZero();
   mean_.head<3>() = position_m;
   covariance_.setZero();
@@ -43,7 +44,8 @@ void FingertipFilter::start(TimePoint time, const Eigen::Vector3d& position_m,
 void FingertipFilter::predict(TimePoint time, const FingertipFilterOptions& options) {
   if (!alive_ || time <= time_) return;
   Matrix6d transition, noise;
-  motion(to_seconds(time - time_), options, transition, noise);
+  density_ = jerking() ? options.jerk_density : options.acceleration_density;
+  motion(to_seconds(time - time_), density_, options, transition, noise);
   mean_ = transition * mean_;
   covariance_ = transition * covariance_ * transition.transpose() + noise;
   time_ = time;

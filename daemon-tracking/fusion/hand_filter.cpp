@@ -115,18 +115,30 @@ void HandFilter::apply(State& state, const Measurement& measurement) const {
     FingertipFilter& tip = state.tips[f];
     if (!tip.alive() || blob_of_finger[f] < 0) continue;
     const FingertipBlob& blob = measurement.blobs[static_cast<std::size_t>(blob_of_finger[f])];
-    FingertipFilter carried = tip;
-    carried.predict(measurement.time, options_.tip);
-    const auto expected =
-        carried.alive() ? carried.expected(camera.model, camera.world_from_camera) : std::nullopt;
+    FingertipFilter carried;
+    std::optional<FingertipFilter::Expected> expected;
+    Eigen::Matrix2d covariance;
+    double nis = 0.0;
+    // Once as it moved so far; if that surprises, once more as a finger that jerks.
+    for (bool again = true; again;) {
+      again = false;
+      carried = tip;
+      carried.predict(measurement.time, options_.tip);
+      expected = carried.alive() ? carried.expected(camera.model, camera.world_from_camera) : std::nullopt;
+      if (!expected) break;
+      covariance = blob_covariance(carried, blob, camera);
+      const Eigen::Vector2d innovation = blob.centre_px - expected->pixel;
+      nis = innovation.dot((expected->covariance + covariance).inverse() * innovation);
+      if (nis > options_.tip.jerk_nis && !tip.jerking()) {
+        tip.jerk(measurement.time - tip.time() + options_.tip.jerk_for);
+        again = true;
+      }
+    }
     if (!expected) {
       tip.kill();
       ++state.counters.resets;
       continue;
     }
-    const Eigen::Matrix2d covariance = blob_covariance(carried, blob, camera);
-    const Eigen::Vector2d innovation = blob.centre_px - expected->pixel;
-    const double nis = innovation.dot((expected->covariance + covariance).inverse() * innovation);
     if (!(nis <= options_.gate_nis)) {
       ++state.counters.gated;
       if (++tip.gated_running >= options_.gated_before_reset) {
@@ -343,21 +355,23 @@ TipAt HandFilter::at(Finger finger, TimePoint time, const PredictionLimits& limi
   // updates.
   Vector6d smooth_mean = later.empty() ? earlier->mean() : later.front()->mean();
   Matrix6d smooth_covariance = later.empty() ? earlier->covariance() : later.front()->covariance();
-  const auto step_back = [&](const Vector6d& mean, const Matrix6d& covariance, double dt_s) {
+  const auto step_back = [&](const Vector6d& mean, const Matrix6d& covariance, double dt_s, double density) {
     Matrix6d transition, noise;
-    FingertipFilter::motion(dt_s, options_.tip, transition, noise);
+    FingertipFilter::motion(dt_s, density, options_.tip, transition, noise);
     const Matrix6d predicted = transition * covariance * transition.transpose() + noise;
     const Matrix6d gain = Eigen::LDLT<Matrix6d>(predicted).solve(transition * covariance).transpose();
     smooth_mean = mean + gain * (smooth_mean - transition * mean);
     smooth_covariance = covariance + gain * (smooth_covariance - predicted) * gain.transpose();
   };
   for (std::size_t i = 1; i < later.size(); ++i)
-    step_back(later[i]->mean(), later[i]->covariance(), to_seconds(later[i - 1]->time() - later[i]->time()));
+    step_back(later[i]->mean(), later[i]->covariance(), to_seconds(later[i - 1]->time() - later[i]->time()),
+              later[i - 1]->density());
   if (!later.empty()) {
     FingertipFilter between = *earlier;
     between.predict(time, options_.tip);
     if (!between.alive()) return out;
-    step_back(between.mean(), between.covariance(), to_seconds(later.back()->time() - time));
+    step_back(between.mean(), between.covariance(), to_seconds(later.back()->time() - time),
+              later.back()->density());
   }
   out.kind = earlier->last_update() == time ? ResultKind::exact : ResultKind::interpolated;
   out.position_m = smooth_mean.head<3>();

@@ -26,7 +26,7 @@ namespace handloft::tracking {
 
 struct HeadFilterOptions {
   BodyPoseOptions pose;
-  double corner_sigma_px = 0.3;  ///< Noise of a refined corner.
+  double corner_sigma_px = 0.2;  ///< Noise of a refined corner.
   double common_sigma_px =
       0.25;  ///< Error shared by a whole view (calibration, blur): bounds what many corners claim.
   double acceleration_density = 2.0;    ///< (m/s^2)/sqrt(Hz).

@@ -26,7 +26,11 @@ Result<CameraTracker> CameraTracker::create(const Rig& rig, std::uint32_t camera
   // A head camera never sees its own head's tags.
   if (calibration.role == CameraRole::table)
     for (const TagPlacement& tag : rig.head_tags) tag_options.known_ids.push_back(tag.id);
-  for (const TagPlacement& tag : rig.table_tags) tag_options.known_ids.push_back(tag.id);
+  tag_options.standing_ids.clear();
+  for (const TagPlacement& tag : rig.table_tags) {
+    tag_options.known_ids.push_back(tag.id);
+    if (calibration.role == CameraRole::table) tag_options.standing_ids.push_back(tag.id);
+  }
   auto tags = TagTracker::create(tag_options);
   if (!tags) return tags.error();
   auto fingertips = FingertipTracker::create(rig.colours, options.fingertips);

@@ -17,7 +17,7 @@
 namespace handloft::tracking {
 
 struct CameraTrackerOptions {
-  TagTrackerOptions tags;  ///< known_ids is filled from the rig
+  TagTrackerOptions tags;  ///< known_ids and standing_ids are filled from the rig
   FingertipTrackerOptions fingertips;
   const Clock* stopwatch = nullptr;  ///< For the observation's timings; outlives the tracker. None: zeros.
 };

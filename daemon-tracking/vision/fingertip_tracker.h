@@ -37,7 +37,7 @@ struct FingertipTrackerOptions {
   double min_area_px = 12.0;        ///< Smaller patches are noise. Full-size pixels.
   double max_area_px = 20000.0;     ///< Larger ones are a sleeve, not a fingertip.
   double centroid_sigma_px = 0.12;  ///< s0: of a large clean blob.
-  double centroid_area_px2 = 4.0;   ///< k of sigma^2 = s0^2 + k / area.
+  double centroid_area_px2 = 1.5;   ///< k of sigma^2 = s0^2 + k / area.
   double border_sigma_px = 4.0;  ///< Added for a patch that touches the border: its centre is not the tip's.
   int max_blobs_per_finger = 3;  ///< The largest are kept, the fusion chooses among them.
   int whole_frame_every = 10;    ///< Frames; 3 Hz at 30 fps.

@@ -26,9 +26,6 @@ constexpr double longest_step_s = 0.2;
 
 struct Box {
   double x0, y0, x1, y1;
-  bool overlaps(const Box& other) const {
-    return x0 < other.x1 && other.x0 < x1 && y0 < other.y1 && other.y0 < y1;
-  }
   void include(const Box& other) {
     x0 = std::min(x0, other.x0);
     y0 = std::min(y0, other.y0);
@@ -66,11 +63,15 @@ struct TagTracker::State {
   std::unique_ptr<apriltag_detector_t, DetectorDeleter> detector;
   std::map<int, Track> tracks;
   int frames_since_search = 0;
+  int frames_since_standing = 0;
   bool searched_once = false;
 
   void detect(const Plane& luma, const Box& region, double decimation, std::vector<TagDetection>& found);
-  std::vector<Box> regions(const Plane& luma, TimePoint time) const;
-  void follow(const std::vector<TagDetection>& tags, TimePoint time);
+  std::vector<Box> regions(const Plane& luma, TimePoint time, bool with_standing) const;
+  bool stands(int id) const {
+    return std::find(options.standing_ids.begin(), options.standing_ids.end(), id) != options.standing_ids.end();
+  }
+  void follow(const std::vector<TagDetection>& tags, TimePoint time, bool with_standing);
 };
 
 TagTracker::TagTracker(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -88,7 +89,8 @@ Result<TagTracker> TagTracker::create(const TagTrackerOptions& options) {
     return make_error(ErrorCode::invalid_argument,
                       fmt::format("found {}, expected 1..4", options.search_decimation),
                       "tags.search_decimation");
-  if (options.whole_frame_every < 1 || options.whole_frame_when_lost_every < 1)
+  if (options.whole_frame_every < 1 || options.whole_frame_when_none_every < 1 ||
+      options.standing_every < 1)
     return make_error(ErrorCode::invalid_argument, "found a number of frames below 1",
                       "tags.whole_frame_every");
   auto state = std::make_unique<State>();
@@ -159,9 +161,10 @@ void TagTracker::State::detect(const Plane& luma, const Box& region, double deci
   apriltag_detections_destroy(detections);
 }
 
-std::vector<Box> TagTracker::State::regions(const Plane& luma, TimePoint time) const {
+std::vector<Box> TagTracker::State::regions(const Plane& luma, TimePoint time, bool with_standing) const {
   std::vector<Box> boxes;
   for (const auto& [id, track] : tracks) {
+    if (!with_standing && stands(id)) continue;
     const double step_s = std::clamp(to_seconds(time - track.time), 0.0, longest_step_s);
     const Eigen::Vector2d motion = track.velocity_px_s * step_s;
     const double size = std::max(track.box.x1 - track.box.x0, track.box.y1 - track.box.y0);
@@ -175,27 +178,26 @@ std::vector<Box> TagTracker::State::regions(const Plane& luma, TimePoint time) c
     box.y1 = std::clamp(box.y1, 0.0, static_cast<double>(luma.height_px));
     if (box.area() > 0.0) boxes.push_back(box);
   }
-  // Overlapping regions are searched as one.
+  // Regions that overlap a lot are searched as one; for others the frame around both would cost more.
   for (std::size_t i = 0; i < boxes.size();) {
     bool merged = false;
     for (std::size_t j = i + 1; j < boxes.size(); ++j) {
-      if (!boxes[i].overlaps(boxes[j])) continue;
-      boxes[i].include(boxes[j]);
+      Box both = boxes[i];
+      both.include(boxes[j]);
+      if (both.area() > boxes[i].area() + boxes[j].area()) continue;
+      boxes[i] = both;
       boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(j));
       merged = true;
       break;
     }
-    if (merged) {
-      i = 0;
-    } else {
-      ++i;
-    }
+    i = merged ? 0 : i + 1;
   }
   return boxes;
 }
 
-void TagTracker::State::follow(const std::vector<TagDetection>& tags, TimePoint time) {
-  for (auto& [id, track] : tracks) ++track.missed;
+void TagTracker::State::follow(const std::vector<TagDetection>& tags, TimePoint time, bool with_standing) {
+  for (auto& [id, track] : tracks)
+    if (with_standing || !stands(id)) ++track.missed;
   for (const TagDetection& tag : tags) {
     const Box box = box_of(tag);
     const auto known = tracks.find(tag.id);
@@ -219,13 +221,15 @@ TagTracker::Found TagTracker::track(const Plane& luma, TimePoint capture_time) {
   Found found;
   if (luma.width_px < smallest_side_px || luma.height_px < smallest_side_px) return found;
   State& state = *state_;
-  for (const Box& region : state.regions(luma, capture_time)) state.detect(luma, region, 1.0, found.tags);
+  const bool with_standing = ++state.frames_since_standing >= state.options.standing_every;
+  if (with_standing) state.frames_since_standing = 0;
+  for (const Box& region : state.regions(luma, capture_time, with_standing)) state.detect(luma, region, 1.0, found.tags);
 
-  bool lost = state.tracks.empty();
-  for (const auto& [id, track] : state.tracks)
-    lost = lost || (track.missed > 0 && std::none_of(found.tags.begin(), found.tags.end(),
-                                                     [id = id](const auto& tag) { return tag.id == id; }));
-  const int interval = lost ? state.options.whole_frame_when_lost_every : state.options.whole_frame_every;
+  const bool none = std::all_of(state.tracks.begin(), state.tracks.end(),
+                                [&](const auto& entry) { return entry.second.missed > 0 || state.stands(entry.first); });
+  const bool any_moving = std::any_of(state.options.known_ids.begin(), state.options.known_ids.end(),
+                                      [&](int id) { return !state.stands(id); });
+  const int interval = none && any_moving ? state.options.whole_frame_when_none_every : state.options.whole_frame_every;
   if (!state.searched_once || ++state.frames_since_search >= interval) {
     state.searched_once = true;
     state.frames_since_search = 0;
@@ -240,13 +244,14 @@ TagTracker::Found TagTracker::track(const Plane& luma, TimePoint capture_time) {
         found.tags.push_back(tag);
   }
   std::sort(found.tags.begin(), found.tags.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
-  state.follow(found.tags, capture_time);
+  state.follow(found.tags, capture_time, with_standing);
   return found;
 }
 
 void TagTracker::reset() {
   state_->tracks.clear();
   state_->frames_since_search = 0;
+  state_->frames_since_standing = 0;
   state_->searched_once = false;
 }
 

@@ -21,13 +21,15 @@ struct TagTrackerOptions {
   int max_hamming = 1;                ///< 36h11 corrects more, at the price of false tags.
   double min_edge_px = 20.0;          ///< Below, corners are worth little and bits are a handful of pixels.
   double border_px = 3.0;             ///< A tag this near the border may have a cut corner.
-  int whole_frame_every =
-      30;  ///< Frames between two searches for tags that came into view, about one second.
-  int whole_frame_when_lost_every = 3;  ///< The same while a tag that was seen is missing, or none is seen.
+  int whole_frame_every = 15;  ///< Frames between two searches for tags that came into view: half a second.
+  int whole_frame_when_none_every = 2;  ///< The same while no tag is seen at all.
+  /// Tags that stand still before this camera (the table's, before a table camera): they only tell whether it was
+  /// moved (T12) and are looked at every so many frames.
+  std::vector<int> standing_ids;
+  int standing_every = 10;
   double search_decimation = 2.0;       ///< Of the whole-frame search only; larger loses half of all tags.
-  double roi_growth =
-      0.35;  ///< Region: the tag's predicted box grown by this share of its size on each side,
-  double roi_margin_px = 8.0;  ///< plus this, plus the motion since the last detection.
+  double roi_growth = 0.12;  ///< Region: the tag's predicted box grown by this share of its size on each side,
+  double roi_margin_px = 6.0;  ///< plus this, plus half the motion since the last detection.
 };
 
 class TagTracker {
