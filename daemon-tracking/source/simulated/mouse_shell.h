@@ -41,7 +41,7 @@ struct Options {
   SideSymmetry side_symmetry = SideSymmetry::leave;
   int top_strokes = 7;   ///< Along y; two more run across.
   int side_strokes = 6;  ///< Along y at increasing height.
-  double stroke_s = 0.8;
+  double stroke_s = 0.55;
 };
 
 }  // namespace handloft::tracking::mouse_shell
@@ -49,7 +49,7 @@ struct Options {
 namespace handloft::tracking {
 
 /// Idle, "Symmetry", the top's strokes, "Fit", "New shape", the side's strokes, "Fit", "Points / surface"
-/// twice, idle. About 35 s.
+/// twice, idle. About 28 s.
 HandProgram mouse_shell_program(const mouse_shell::Options& options = {});
 
 }  // namespace handloft::tracking
