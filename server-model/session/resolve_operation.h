@@ -3,6 +3,7 @@
 // read once and its strokes stand in the operation itself from then on.
 
 #include <filesystem>
+#include <string>
 
 #include "common/base/result.h"
 #include "proto/operation.pb.h"
@@ -10,19 +11,22 @@
 
 namespace handloft::model {
 
-/// Where operations may read and write. Relative paths are relative to `folder`.
+/// Where operations may read and write.
 struct FileAccess {
-  enum class Scope { anywhere, within_folder };
-  std::filesystem::path folder = ".";
-  Scope scope =
-      Scope::anywhere;  ///< within_folder: absolute paths and ".." that lead out are permission_denied.
+  enum class Scope { anywhere, within_folders };
+  std::filesystem::path read_folder = ".";   ///< Relative paths of imports start here.
+  std::filesystem::path write_folder = ".";  ///< Relative paths of exports start here.
+  /// within_folders: absolute paths, and ".." or links that lead out, are permission_denied.
+  Scope scope = Scope::anywhere;
 
-  Result<std::filesystem::path> resolve(const std::string& path) const;
+  Result<std::filesystem::path> to_read(const std::string& path, const std::string& field) const;
+  Result<std::filesystem::path> to_write(const std::string& path, const std::string& field) const;
 };
 
 /// For import_strokes with a path: reads the .tilt file, scales and centres the strokes, and returns the
-/// operation with `resolved` filled and the path kept for people. Any other operation comes back as it is.
-/// Errors: io, data_corrupt, invalid_argument (no such stroke), resource_exhausted.
+/// operation with `resolved` filled and the path taken out, so that it means the same everywhere. Any other
+/// operation comes back as it is. Errors: not_found, io, data_corrupt, permission_denied, invalid_argument
+/// (no such stroke, a bad scale), resource_exhausted.
 Result<handloft::v1::Operation> resolve_operation(const handloft::v1::Operation& operation,
                                                   const FileAccess& files, const Limits& limits = {});
 

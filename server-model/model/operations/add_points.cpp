@@ -168,32 +168,6 @@ Result<Document> extend_stroke(const Document& document, std::string_view entity
   return result;
 }
 
-// What a first stroke does before its points: makes its shape and sets the symmetry, in one step of history
-// with them.
-static Result<Document> prepare_shape(const Document& document, const handloft::v1::AddPoints& request,
-                                      const ApplyContext& context) {
-  const auto within = [](Error error) {
-    error.field = "add_points." + error.field;
-    return error;
-  };
-  Document prepared = document;
-  if (request.has_create()) {
-    handloft::v1::CreateDualShape create = request.create();
-    create.set_id(request.entity());
-    auto created = create_dual_shape(prepared, create, context);
-    if (!created) return within(created.error());
-    prepared = std::move(created->document);
-  }
-  if (request.has_symmetry()) {
-    handloft::v1::SetSymmetry symmetry = request.symmetry();
-    symmetry.set_entity(request.entity());
-    auto set = set_symmetry(prepared, symmetry, context);
-    if (!set) return within(set.error());
-    prepared = std::move(set->document);
-  }
-  return prepared;
-}
-
 namespace {
 
 // `create` and `symmetry` of a first stroke: done before the points, in the same step. Leaves the id in

@@ -1,0 +1,139 @@
+#include "server-model/main/run_command.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+
+#include "common/base/clock.h"
+#include "common/base/config.h"
+#include "common/net/endpoint.h"
+#include "server-model/session/local_target.h"
+#include "server-model/session/remote_target.h"
+#include "server-model/session/script_runner.h"
+
+namespace handloft::model {
+
+namespace {
+
+constexpr const char* description =
+    "Runs a script (see SCRIPT.md): each line of JSON is an operation, a query or an expectation, and is "
+    "answered by "
+    "one line of JSON on standard output. Exit status: 0 all lines succeeded, 1 a line failed, 2 wrong "
+    "usage.";
+
+void complain(const std::string& message) {
+  std::fprintf(stderr, "handloft-modeld run: %s\n", message.c_str());
+}
+
+// A server with files placed by this process: imports are read here and sent as points, and exports that the
+// server writes for us (same host, same user) go where our relative paths mean them to.
+class ConnectedTarget final : public ScriptTarget {
+ public:
+  enum class Exports { to_our_folder, to_servers_folder };
+  ConnectedTarget(session::RemoteTarget server, FileAccess files, Exports exports)
+      : server_(std::move(server)), files_(std::move(files)), exports_(exports) {}
+
+  Result<Outcome> submit(const handloft::v1::Operation& operation) override {
+    auto resolved = resolve_operation(operation, files_);
+    if (!resolved) return resolved.error();
+    if (resolved->has_export_() && exports_ == Exports::to_our_folder) {
+      auto path = files_.to_write(resolved->export_().path(), "export.path");
+      if (!path) return path.error();
+      std::error_code failed;
+      const auto absolute = std::filesystem::absolute(*path, failed);
+      if (failed) return make_error(ErrorCode::io, failed.message(), "export.path");
+      resolved->mutable_export_()->set_path(absolute.string());
+    }
+    return server_.submit(*resolved);
+  }
+  Result<handloft::v1::QueryResult> query(const handloft::v1::Query& query) override {
+    return server_.query(query);
+  }
+
+ private:
+  session::RemoteTarget server_;
+  FileAccess files_;
+  Exports exports_;
+};
+
+Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect, const FileAccess& files,
+                                                  const Clock& clock) {
+  if (connect.empty()) return std::unique_ptr<ScriptTarget>(std::make_unique<LocalTarget>(files));
+  auto endpoint = net::parse_endpoint(connect);
+  if (!endpoint) return endpoint.error();
+  auto server = session::RemoteTarget::connect(*endpoint, clock);
+  if (!server) return server.error();
+  const auto exports = endpoint->kind == net::Endpoint::Kind::unix_socket
+                           ? ConnectedTarget::Exports::to_our_folder
+                           : ConnectedTarget::Exports::to_servers_folder;
+  return std::unique_ptr<ScriptTarget>(std::make_unique<ConnectedTarget>(std::move(*server), files, exports));
+}
+
+}  // namespace
+
+ExitStatus run_command(const std::vector<std::string>& arguments) {
+  std::string script;
+  std::string output_dir = ".";
+  std::string connect;
+  bool keep_going = false;
+  OptionTable table("handloft-modeld run", description);
+  table.add_positional("SCRIPT", script, "The script, or - for standard input",
+                       OptionTable::Presence::required);
+  table.add("output_dir", output_dir, "Folder that relative paths of exports start from; made when missing",
+            TextRule{.choices = {}, .value_name = "DIR"});
+  table.add("connect", connect, "Drive the server at this endpoint instead of a model of our own",
+            TextRule{.choices = {}, .value_name = "ENDPOINT"});
+  table.add("keep_going", keep_going, "Go on after a failed line; the exit status is 1 all the same");
+  auto outcome = table.parse(arguments);
+  if (!outcome) {
+    complain(outcome.error().describe());
+    return exit_usage;
+  }
+  if (outcome->action == ParseOutcome::Action::show_text) {
+    std::fputs(outcome->text.c_str(), stdout);
+    return exit_ok;
+  }
+
+  std::ifstream file;
+  if (script != "-") {
+    file.open(script, std::ios::binary);
+    std::error_code ignored;
+    if (!file || std::filesystem::is_directory(script, ignored)) {
+      complain("cannot open the script \"" + script + "\"");
+      return exit_usage;
+    }
+  }
+  std::error_code failed;
+  std::filesystem::create_directories(output_dir, failed);
+  if (failed) {
+    complain("cannot make the folder \"" + output_dir + "\": " + failed.message());
+    return exit_usage;
+  }
+
+  FileAccess files;
+  files.write_folder = output_dir;
+  const SystemClock clock;
+  auto target = make_target(connect, files, clock);
+  if (!target) {
+    complain(target.error().describe());
+    return exit_usage;
+  }
+  ScriptOptions options;
+  if (keep_going) options.on_failure = ScriptOptions::OnFailure::keep_going;
+  std::ios::sync_with_stdio(false);
+  const ScriptSummary summary = run_script(script == "-" ? std::cin : file, std::cout, **target, options);
+  if (!std::cout) {
+    complain("cannot write the answers to standard output");
+    return exit_failed;
+  }
+  if (!summary.ok()) {
+    complain("line " + std::to_string(summary.first_failed_line) + ": " + summary.first_failure);
+    if (summary.lines_failed > 1) complain(std::to_string(summary.lines_failed) + " lines failed in all");
+    return exit_failed;
+  }
+  return exit_ok;
+}
+
+}  // namespace handloft::model

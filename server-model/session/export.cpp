@@ -1,0 +1,149 @@
+#include "server-model/session/export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "server-model/exchange/gltf_writer.h"
+#include "server-model/exchange/obj_writer.h"
+#include "server-model/exchange/step_writer.h"
+#include "server-model/geometry/tessellate.h"
+#include "server-model/model/validate.h"
+
+namespace handloft::model {
+
+namespace fs = std::filesystem;
+namespace v1 = handloft::v1;
+
+namespace {
+
+Result<v1::Export::Format> format_of(const v1::Export& request) {
+  switch (request.format()) {
+    case v1::Export::STEP:
+    case v1::Export::GLB:
+    case v1::Export::OBJ:
+      return request.format();
+    case v1::Export::FORMAT_BY_EXTENSION:
+      break;
+    default:
+      return make_error(ErrorCode::invalid_argument, "found a format that does not exist", "export.format");
+  }
+  std::string extension = fs::path(request.path()).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".step" || extension == ".stp") return v1::Export::STEP;
+  if (extension == ".glb") return v1::Export::GLB;
+  if (extension == ".obj") return v1::Export::OBJ;
+  return make_error(ErrorCode::unsupported,
+                    fmt::format("found the extension \"{}\", expected .step, .stp, .glb or .obj", extension),
+                    "export.path");
+}
+
+Result<std::vector<EntityPtr>> chosen(const Document& document, const v1::Export& request) {
+  std::set<std::string> ids;
+  for (int i = 0; i < request.entities_size(); ++i) {
+    const std::string field = fmt::format("export.entities[{}]", i);
+    auto entity = require_entity(document, request.entities(i), field);
+    if (!entity) return entity.error();
+    if (!(*entity)->fitted()) {
+      return make_error(ErrorCode::failed_precondition,
+                        fmt::format("\"{}\" is not fitted yet", (*entity)->id), field);
+    }
+    ids.insert((*entity)->id);
+  }
+  std::vector<EntityPtr> entities;
+  for (const auto& [id, entity] : document.entities) {
+    if (request.entities().empty() ? entity->fitted() : ids.contains(id)) entities.push_back(entity);
+  }
+  if (entities.empty()) {
+    return make_error(ErrorCode::failed_precondition, "no shape is fitted yet, so there is nothing to export",
+                      "export.entities");
+  }
+  return entities;
+}
+
+Result<exchange::SurfaceExport> surface_of(const DualShape& shape, exchange::Trim trim) {
+  auto superellipse = shape.superellipse();
+  if (!superellipse) return superellipse.error();
+  return exchange::SurfaceExport{shape.name, shape.fit->surface, shape.fit->frame, *superellipse, trim};
+}
+
+Result<exchange::MeshExport> mesh_of(const exchange::SurfaceExport& surface) {
+  geometry::Box2 box{surface.superellipse.centre(),
+                     surface.superellipse.contour_half_extent(geometry::trim_level())};
+  auto mesh = surface.trim == exchange::Trim::box
+                  ? geometry::tessellate_box(surface.surface, surface.frame, box)
+                  : geometry::tessellate(surface.surface, surface.frame, surface.superellipse);
+  if (!mesh) return mesh.error();
+  exchange::MeshExport result;
+  result.name = surface.name;
+  result.mesh = std::move(*mesh);
+  return result;
+}
+
+exchange::PointCloudExport points_of(const DualShape& shape) {
+  exchange::PointCloudExport cloud;
+  cloud.name = shape.name + " (points)";
+  cloud.points.reserve(shape.points.size());
+  for (const DualPoint& point : shape.points) cloud.points.push_back({point.position(), point.pressure});
+  return cloud;
+}
+
+}  // namespace
+
+Result<Exported> export_document(const Document& document, const v1::Export& request,
+                                 const FileAccess& files) {
+  auto path = files.to_write(request.path(), "export.path");
+  if (!path) return path.error();
+  auto format = format_of(request);
+  if (!format) return format.error();
+  auto entities = chosen(document, request);
+  if (!entities) return entities.error();
+
+  Exported exported;
+  exported.path = *path;
+  const auto trim = request.untrimmed() ? exchange::Trim::box : exchange::Trim::contour;
+  std::vector<exchange::SurfaceExport> surfaces;
+  std::vector<exchange::MeshExport> meshes;
+  std::vector<exchange::PointCloudExport> clouds;
+  for (const EntityPtr& entity : *entities) {
+    exported.entities.push_back(entity->id);
+    if (entity->stale) {
+      exported.notes.push_back(
+          fmt::format("\"{}\": exported as it was last fitted; its points have changed since", entity->id));
+    }
+    auto surface = surface_of(*entity, trim);
+    if (!surface) return surface.error();
+    if (*format != v1::Export::STEP) {
+      auto mesh = mesh_of(*surface);
+      if (!mesh) return mesh.error();
+      meshes.push_back(std::move(*mesh));
+      if (*format == v1::Export::GLB && entity->representation != Representation::surface) {
+        clouds.push_back(points_of(*entity));
+      }
+    }
+    surfaces.push_back(std::move(*surface));
+  }
+  Status written;
+  switch (*format) {
+    case v1::Export::STEP:
+      written = exchange::write_step(*path, surfaces);
+      break;
+    case v1::Export::GLB:
+      written = exchange::write_glb(*path, meshes, clouds);
+      break;
+    default:
+      written = exchange::write_obj(*path, meshes);
+      break;
+  }
+  if (!written) {
+    Error error = written.error();
+    if (error.field.empty()) error.field = "export.path";
+    return error;
+  }
+  return exported;
+}
+
+}  // namespace handloft::model

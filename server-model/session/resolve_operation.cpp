@@ -1,0 +1,157 @@
+#include "server-model/session/resolve_operation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "common/codec/tilt_file.h"
+#include "server-model/exchange/stroke_import.h"
+#include "server-model/model/validate.h"
+
+namespace handloft::model {
+
+namespace fs = std::filesystem;
+namespace v1 = handloft::v1;
+
+namespace {
+
+Result<fs::path> place(const std::string& path, const fs::path& folder, FileAccess::Scope scope,
+                       const std::string& field) {
+  constexpr std::size_t max_path_bytes = 4096;
+  if (path.empty() || path.size() > max_path_bytes || path.find('\0') != std::string::npos) {
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found a path of {} bytes, expected 1..{} without NUL", path.size(), max_path_bytes),
+        field);
+  }
+  const fs::path asked = path;
+  const fs::path placed = asked.is_absolute() ? asked : folder / asked;
+  if (scope == FileAccess::Scope::anywhere) return placed;
+  std::error_code failed;
+  const fs::path root = fs::weakly_canonical(folder, failed);
+  const fs::path target = failed ? fs::path() : fs::weakly_canonical(placed, failed);
+  const auto [root_end, ignored] = std::mismatch(root.begin(), root.end(), target.begin(), target.end());
+  if (failed || asked.is_absolute() || root_end != root.end()) {
+    return make_error(ErrorCode::permission_denied, "found a path that leads out of the server's folder",
+                      field);
+  }
+  return target;
+}
+
+// Default extent of imported strokes: what a hand reaches over the table without moving the arm.
+constexpr double default_box_m = 0.2;
+
+Result<double> checked_length(double value, double otherwise, const char* field, const Limits& limits) {
+  if (!(value >= 0 && value <= limits.max_coordinate_m)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {}, expected a number > 0, or 0", value), field);
+  }
+  return value == 0 ? otherwise : value;
+}
+
+Status select_strokes(codec::TiltFile& file, const v1::ImportStrokes& request) {
+  if (request.strokes().empty()) return {};
+  std::vector<codec::TiltStroke> chosen;
+  std::vector<bool> taken(file.strokes.size(), false);
+  for (int i = 0; i < request.strokes_size(); ++i) {
+    const std::uint32_t index = request.strokes(i);
+    if (index >= file.strokes.size() || taken[index]) {
+      return make_error(ErrorCode::invalid_argument,
+                        fmt::format("found {}, expected each of 0..{} at most once", index,
+                                    static_cast<std::ptrdiff_t>(file.strokes.size()) - 1),
+                        fmt::format("import_strokes.strokes[{}]", i));
+    }
+    taken[index] = true;
+    chosen.push_back(file.strokes[index]);
+  }
+  file.strokes = std::move(chosen);
+  return {};
+}
+
+Result<exchange::ImportedStrokes> place_strokes(const codec::TiltFile& file, const v1::ImportStrokes& request,
+                                                const Limits& limits) {
+  auto box = checked_length(request.box_m(), default_box_m, "import_strokes.box_m", limits);
+  if (!box) return box.error();
+  auto scale = checked_length(request.scale(), 0.0, "import_strokes.scale", limits);
+  if (!scale) return scale.error();
+  const auto& centre = request.centre();
+  for (const auto& [value, name] :
+       {std::pair{centre.x(), "x"}, std::pair{centre.y(), "y"}, std::pair{centre.z(), "z"}}) {
+    if (auto status = check_coordinate(value, fmt::format("import_strokes.centre.{}", name), limits);
+        !status) {
+      return status.error();
+    }
+  }
+  exchange::StrokePlacement placement;
+  placement.scale_m_per_unit = 1.0;
+  auto measured = exchange::import_strokes(file, placement);
+  if (!measured) return measured.error();
+  const double extent = (measured->upper - measured->lower).maxCoeff();
+  if (*scale > 0) {
+    placement.scale_m_per_unit = *scale;
+  } else if (extent > 0) {
+    placement.scale_m_per_unit = *box / extent;
+  }
+  const geometry::Vec3 middle = measured->lower + 0.5 * (measured->upper - measured->lower);
+  placement.translation =
+      geometry::Vec3(centre.x(), centre.y(), centre.z()) - placement.scale_m_per_unit * middle;
+  return exchange::import_strokes(file, placement);
+}
+
+}  // namespace
+
+Result<fs::path> FileAccess::to_read(const std::string& path, const std::string& field) const {
+  return place(path, read_folder, scope, field);
+}
+
+Result<fs::path> FileAccess::to_write(const std::string& path, const std::string& field) const {
+  return place(path, write_folder, scope, field);
+}
+
+Result<v1::Operation> resolve_operation(const v1::Operation& operation, const FileAccess& files,
+                                        const Limits& limits) {
+  if (!operation.has_import_strokes() || operation.import_strokes().path().empty()) return operation;
+  const v1::ImportStrokes& request = operation.import_strokes();
+  const auto in_path = [](Error error) {
+    error.field = error.field.empty() ? "import_strokes.path" : "import_strokes.path: " + error.field;
+    return error;
+  };
+  auto path = files.to_read(request.path(), "import_strokes.path");
+  if (!path) return path.error();
+  auto file = codec::read_tilt_file(*path);
+  if (!file) return in_path(file.error());
+  if (auto status = select_strokes(*file, request); !status) return status.error();
+  if (file->point_count() > limits.max_points_per_operation) {
+    return make_error(ErrorCode::resource_exhausted,
+                      fmt::format("the file holds {} points, expected at most {}", file->point_count(),
+                                  limits.max_points_per_operation),
+                      "import_strokes.path");
+  }
+  if (file->point_count() == 0) {
+    return make_error(ErrorCode::failed_precondition, "the file holds no points", "import_strokes.path");
+  }
+  auto placed = place_strokes(*file, request, limits);
+  if (!placed) return placed.error();
+
+  v1::Operation resolved = operation;
+  v1::ImportStrokes& into = *resolved.mutable_import_strokes();
+  into.clear_path();
+  into.clear_resolved();
+  for (const exchange::ImportedStroke& stroke : placed->strokes) {
+    if (stroke.points.empty()) continue;
+    v1::StrokePoints& points = *into.add_resolved();
+    for (const exchange::StrokePoint& from : stroke.points) {
+      v1::Point& point = *points.add_points();
+      point.mutable_position()->set_x(from.position.x());
+      point.mutable_position()->set_y(from.position.y());
+      point.mutable_position()->set_z(from.position.z());
+      point.set_pressure(from.pressure);
+      point.set_time_ns(std::llround(from.time_s * 1e9));
+    }
+  }
+  return resolved;
+}
+
+}  // namespace handloft::model
