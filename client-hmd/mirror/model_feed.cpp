@@ -102,6 +102,7 @@ struct ModelFeed::Implementation {
     }
     state.scene = mirror.scene();
     state.received_at = received;
+    state.scene_capture_time = capture_time_ns > 0 ? offset.to_client(from_ns(capture_time_ns)) : TimePoint{};
     note_capture(capture_time_ns);
     publish();
   }

@@ -33,8 +33,9 @@ struct ModelState {
   std::uint64_t snapshots = 0;     ///< 0: nothing was received yet.
   TimePoint received_at;           ///< When the newest message of the scene came.
   TimePoint last_heard;            ///< When anything came at all.
-  TimePoint capture_time;          ///< Of the newest tracking frame that shaped the scene, on our clock.
+  TimePoint capture_time;          ///< Of the newest tracking frame that the server has seen, on our clock.
   bool has_capture_time = false;
+  TimePoint scene_capture_time;    ///< The same, but only of what shaped `scene`, not of presence; 0: none.
   std::map<std::uint64_t, Activity> activities;
 };
 

@@ -1,0 +1,139 @@
+#include "client-hmd/main/frame_composer.h"
+
+#include <algorithm>
+
+namespace handloft::client {
+namespace {
+
+constexpr double head_fov_y_rad = 0.80;  ///< Without film: about what a headset's lower half of the view shows.
+constexpr std::size_t min_fingers_for_centre = 3;
+
+// Linear RGB of the five coloured caps, thumb to little finger.
+constexpr std::array<glm::vec3, finger_count> finger_colours{glm::vec3{0.70F, 0.06F, 0.05F},
+                                                            {0.78F, 0.42F, 0.02F},
+                                                            {0.10F, 0.48F, 0.10F},
+                                                            {0.05F, 0.25F, 0.72F},
+                                                            {0.45F, 0.08F, 0.50F}};
+constexpr float predicted_opacity = 0.5F;
+
+struct Viewpoint {
+  Eye eye;
+  TimePoint time;  ///< When everything is where it is drawn.
+  std::optional<FilmedPicture> film;
+  glm::mat3 warp{1.0F};
+};
+
+std::optional<Viewpoint> film_viewpoint(const FrameRequest& request, const FrameSources& sources,
+                                        const TrackingStatus& status) {
+  if (sources.film == nullptr) return std::nullopt;
+  const auto camera = std::find_if(status.cameras.begin(), status.cameras.end(),
+                                   [](const FilmCamera& candidate) { return candidate.on_head; });
+  if (camera == status.cameras.end()) return std::nullopt;
+  const std::shared_ptr<const FilmFrame> picture = sources.film->newest(camera->index);
+  if (picture == nullptr || picture->camera != camera->index || picture->width_px != camera->pinhole.width_px ||
+      picture->height_px != camera->pinhole.height_px) {
+    return std::nullopt;
+  }
+  const std::optional<PoseAnswer> pose = sources.tracking->camera_at(camera->index, picture->exposure_time);
+  if (!pose) return std::nullopt;
+  Viewpoint view;
+  view.eye.world_from_eye = eye_from_camera_axes(pose->pose);
+  view.eye.pinhole = covering_pinhole(camera->pinhole, request.width_px, request.height_px);
+  view.time = picture->exposure_time;
+  auto image = std::make_shared<Image>(Image{picture->width_px, picture->height_px, picture->rgba});
+  view.film = FilmedPicture{std::move(image), picture->serial, camera->pinhole};
+  if (request.late_warp) {
+    const std::optional<PoseAnswer> then = sources.tracking->head_at(picture->exposure_time);
+    const std::optional<PoseAnswer> shown = sources.tracking->head_at(request.display_time);
+    if (then && shown) {
+      const glm::dquat turned = shown->pose.orientation * glm::conjugate(then->pose.orientation);
+      const glm::dquat& drawn = view.eye.world_from_eye.orientation;
+      view.warp = glm::mat3(rotation_warp(view.eye.pinhole, drawn, turned * drawn));
+    }
+  }
+  return view;
+}
+
+Viewpoint choose_viewpoint(const FrameRequest& request, const FrameSources& sources, const TrackingStatus& status) {
+  Viewpoint view;
+  view.time = request.display_time;
+  if (request.camera == CameraMode::head && sources.tracking != nullptr) {
+    if (std::optional<Viewpoint> film = film_viewpoint(request, sources, status)) return std::move(*film);
+    if (const std::optional<PoseAnswer> head = sources.tracking->head_at(request.display_time)) {
+      view.eye.world_from_eye = head->pose;
+      view.eye.pinhole = centred_pinhole(request.width_px, request.height_px, head_fov_y_rad);
+      return view;
+    }
+  }
+  view.eye = request.orbit.eye(request.width_px, request.height_px);
+  return view;
+}
+
+void add_cursor(const std::array<std::optional<FingerAnswer>, finger_count>& fingers, const HandStatus& hand,
+                Frame& frame) {
+  glm::dvec3 sum(0.0);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < finger_count; ++i) {
+    if (!fingers[i]) continue;
+    frame.fingers.push_back({glm::vec3(fingers[i]->position), finger_colours[i],
+                             fingers[i]->seen ? 1.0F : predicted_opacity});
+    sum += fingers[i]->position;
+    ++count;
+  }
+  if (count < min_fingers_for_centre) return;
+  const glm::dvec3 centre = sum / static_cast<double>(count);
+  if (hand.gesture == v1::GESTURE_ON_TABLE) {
+    frame.touched = palette_command_at(centre.x, centre.y);
+  } else if (hand.gesture == v1::GESTURE_OPEN) {
+    frame.pressure = PressureMark{glm::vec3(centre), static_cast<float>(hand.pressure), hand.pressing};
+  }
+}
+
+HudStatus hud_status(const FrameRequest& request, const FrameSources& sources, const TrackingStatus& tracking) {
+  const ModelState& model = *sources.model;
+  HudStatus status;
+  status.model_connected = model.connected;
+  status.has_scene = model.snapshots > 0;
+  status.tracking_wanted = sources.tracking != nullptr;
+  // A recording that ended is no fault.
+  status.tracking_connected = tracking.connected || tracking.end_of_recording;
+  status.lag = model_lag(tracking, model, request.now);
+  if (request.latency_ms > 0.0) status.latency_ms = request.latency_ms;
+  status.hand = tracking.hand;
+  for (const auto& [id, activity] : model.activities) {
+    if (!activity.tool.empty() && status.tool.empty()) status.tool = activity.tool;
+    status.symmetry = status.symmetry || activity.symmetry;
+    if (!activity.name.empty()) status.others.push_back(activity.name);
+  }
+  status.history = model.scene->history;
+  for (const auto& [id, entity] : model.scene->entities) {
+    ++status.shapes;
+    if (entity->surface != nullptr) ++status.surfaces;
+    if (entity->points != nullptr) status.points += entity->points->points.size();
+    if (entity->selected) {
+      status.selected = entity->name;
+      status.representation = entity->representation;
+    }
+  }
+  return status;
+}
+
+}  // namespace
+
+Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
+                    const std::function<float(std::string_view)>& measure) {
+  const TrackingStatus tracking = sources.tracking == nullptr ? TrackingStatus{} : sources.tracking->status();
+  Viewpoint view = choose_viewpoint(request, sources, tracking);
+  Frame frame;
+  frame.scene = sources.model->scene;
+  frame.eye = view.eye;
+  frame.film = std::move(view.film);
+  frame.warp = view.warp;
+  if (tracking.hand) add_cursor(sources.tracking->fingers_at(view.time), *tracking.hand, frame);
+  const HudStatus status = hud_status(request, sources, tracking);
+  if (status.symmetry) frame.symmetry = SymmetryHint{};
+  frame.overlay = layout_hud(status, request.width_px, request.height_px, measure);
+  return frame;
+}
+
+}  // namespace handloft::client

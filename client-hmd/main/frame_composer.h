@@ -1,0 +1,39 @@
+#pragma once
+// Decides what one frame shows and from where (V1): with film, everything virtual is placed where it was at the film's
+// exposure, so that film and scene agree to the pixel; without, everything is predicted to the moment of display; and
+// without a head, the orbit camera looks.
+
+#include "client-hmd/hud/hud.h"
+#include "client-hmd/main/options.h"
+#include "client-hmd/mirror/model_feed.h"
+#include "client-hmd/render/frame.h"
+#include "client-hmd/view/film_feed.h"
+#include "client-hmd/view/orbit_camera.h"
+#include "client-hmd/view/tracking_feed.h"
+
+namespace handloft::client {
+
+/// What a frame is composed from; feeds may be null.
+struct FrameSources {
+  std::shared_ptr<const ModelState> model;
+  const TrackingFeed* tracking = nullptr;
+  FilmFeed* film = nullptr;
+};
+
+struct FrameRequest {
+  CameraMode camera = CameraMode::orbit;
+  OrbitCamera orbit;
+  int width_px = 0;
+  int height_px = 0;
+  TimePoint now;
+  TimePoint display_time;
+  /// Rotate the finished picture to the display time; not for pictures that are kept.
+  bool late_warp = false;
+  double latency_ms = 0.0;  ///< Capture to client, median; 0: unknown.
+};
+
+/// Everything but the HUD's text sizes, which need a font: `measure` as in layout_hud().
+Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
+                    const std::function<float(std::string_view)>& measure);
+
+}  // namespace handloft::client

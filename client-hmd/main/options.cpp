@@ -1,0 +1,108 @@
+#include "client-hmd/main/options.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <string_view>
+#include <utility>
+
+namespace handloft::client {
+namespace {
+
+template <typename Number>
+bool parse_number(std::string_view text, Number& out) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+Error bad(std::string_view option, std::string_view found, std::string_view expected) {
+  return make_error(ErrorCode::invalid_argument, fmt::format("found '{}', expected {}", found, expected),
+                    std::string(option));
+}
+
+Result<std::optional<net::Endpoint>> parse_optional(const std::string& text) {
+  if (text.empty()) return std::optional<net::Endpoint>();
+  Result<net::Endpoint> endpoint = net::parse_endpoint(text);
+  if (!endpoint) return endpoint.error();
+  return std::optional<net::Endpoint>(std::move(*endpoint));
+}
+
+}  // namespace
+
+Result<std::pair<int, int>> parse_size(const std::string& text) {
+  constexpr int smallest = 16;
+  constexpr int largest = 8192;
+  const std::size_t cross = text.find('x');
+  int width = 0;
+  int height = 0;
+  if (cross == std::string::npos || !parse_number(std::string_view(text).substr(0, cross), width) ||
+      !parse_number(std::string_view(text).substr(cross + 1), height) || width < smallest || height < smallest ||
+      width > largest || height > largest) {
+    return bad("size", text, fmt::format("WIDTHxHEIGHT within {}..{}", smallest, largest));
+  }
+  return std::pair{width, height};
+}
+
+Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
+  ParsedOptions parsed;
+  HmdOptions& options = parsed.options;
+  std::string model, tracking, size = "1280x720", when = "end", camera = "orbit";
+  double duration_s = 0.0;
+  double display_latency_ms = 16.0;
+
+  OptionTable table("handloft-hmd", "Shows a Handloft scene: in a window, or offscreen into a picture.");
+  table.add("model", model, "The model server; default: this user's own", {.value_name = "ENDPOINT"});
+  table.add("tracking", tracking, "The tracking daemon; default: none", {.value_name = "ENDPOINT"});
+  table.add("offscreen", options.offscreen, "Draw without a window (also when there is no display)");
+  table.add("size", size, "Size of the picture", {.value_name = "WIDTHxHEIGHT"});
+  table.add("camera", camera, "Where to look from", {.choices = {"orbit", "head"}});
+  table.add("screenshot", options.screenshot, "Write a picture", {.value_name = "FILE.png"});
+  table.add("screenshot_when", when, "When: idle (nothing changed for a second), end, or frames:N",
+            {.value_name = "WHEN"});
+  table.add("once", options.once, "Take one screenshot of the scene as it is, then end");
+  table.add("duration", duration_s, "End after so many seconds; 0: not", {.min = 0, .max = 1e6, .value_name = "S"});
+  table.add("report", options.report, "Write figures as JSON at the end", {.value_name = "FILE.json"});
+  table.add("display_latency", display_latency_ms, "From drawing to light on the display",
+            {.min = 0, .max = 200, .value_name = "MS"});
+  table.add("frame_rate", options.offscreen_rate_hz, "Frames a second without a window",
+            {.min = 0.1, .max = 1000, .value_name = "HZ"});
+  table.add("log_level", options.log_level, "How much to say",
+            {.choices = {"trace", "debug", "info", "warning", "error", "off"}});
+  Result<ParseOutcome> outcome = table.parse(argc, argv);
+  if (!outcome) return outcome.error();
+  parsed.outcome = std::move(*outcome);
+  if (parsed.outcome.action == ParseOutcome::Action::show_text) return parsed;
+
+  Result<std::optional<net::Endpoint>> model_endpoint = parse_optional(model);
+  if (!model_endpoint) return bad("model", model, model_endpoint.error().message);
+  options.model = std::move(*model_endpoint);
+  Result<std::optional<net::Endpoint>> tracking_endpoint = parse_optional(tracking);
+  if (!tracking_endpoint) return bad("tracking", tracking, tracking_endpoint.error().message);
+  options.tracking = std::move(*tracking_endpoint);
+
+  const Result<std::pair<int, int>> pixels = parse_size(size);
+  if (!pixels) return pixels.error();
+  std::tie(options.width_px, options.height_px) = *pixels;
+  options.camera = camera == "head" ? CameraMode::head : CameraMode::orbit;
+  options.duration = from_seconds(duration_s);
+  options.display_latency = from_seconds(display_latency_ms / 1e3);
+
+  constexpr std::string_view frames = "frames:";
+  if (when == "idle") {
+    options.screenshot_time = ScreenshotTime::idle;
+  } else if (when == "end") {
+    options.screenshot_time = ScreenshotTime::end;
+  } else if (when.starts_with(frames) &&
+             parse_number(std::string_view(when).substr(frames.size()), options.screenshot_frames) &&
+             options.screenshot_frames > 0) {
+    options.screenshot_time = ScreenshotTime::frames;
+  } else {
+    return bad("screenshot_when", when, "idle, end or frames:N");
+  }
+  if (options.once && options.screenshot.empty()) {
+    return bad("once", "no screenshot", "a file to write: --screenshot FILE.png");
+  }
+  return parsed;
+}
+
+}  // namespace handloft::client

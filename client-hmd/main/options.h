@@ -1,0 +1,49 @@
+#pragma once
+// What handloft-hmd is asked to do: the one table behind its flags, its configuration file and its --help.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "common/base/clock.h"
+#include "common/base/config.h"
+#include "common/base/result.h"
+#include "common/net/endpoint.h"
+
+namespace handloft::client {
+
+enum class CameraMode { orbit, head };
+
+/// When the screenshot is taken. Without a window, `idle` and `frames` end the program when it is.
+enum class ScreenshotTime { idle, end, frames };
+
+struct HmdOptions {
+  std::optional<net::Endpoint> model;     ///< Absent: the default endpoint.
+  std::optional<net::Endpoint> tracking;  ///< Absent: no tracking.
+  bool offscreen = false;
+  int width_px = 1280;
+  int height_px = 720;
+  std::string screenshot;  ///< Path of a PNG; empty: none.
+  ScreenshotTime screenshot_time = ScreenshotTime::end;
+  std::uint64_t screenshot_frames = 0;
+  std::string report;      ///< Path of a JSON file; empty: none.
+  bool once = false;       ///< One picture of the scene as it is, then end.
+  Duration duration{};     ///< Zero: until it is told to end.
+  CameraMode camera = CameraMode::orbit;
+  Duration display_latency = std::chrono::milliseconds(16);  ///< From drawing to light: one refresh at 60 Hz.
+  double offscreen_rate_hz = 12.0;  ///< Drawing in software must leave the processor to tracking and modelling.
+  std::string log_level = "info";
+};
+
+struct ParsedOptions {
+  ParseOutcome outcome;
+  HmdOptions options;
+};
+
+/// Errors: invalid_argument naming the option.
+Result<ParsedOptions> parse_options(int argc, const char* const* argv);
+
+/// "1280x720". Errors: invalid_argument for anything but WIDTHxHEIGHT within 16..8192.
+Result<std::pair<int, int>> parse_size(const std::string& text);
+
+}  // namespace handloft::client
