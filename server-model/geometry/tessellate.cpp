@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace handloft::geometry {
 namespace {
@@ -37,7 +38,7 @@ Status check_options(const TessellationOptions& options) {
 /// How many steps `length` needs so that chords of a function of this second derivative stay within
 /// tolerance: the sagitta of a step h is |f''| h^2 / 8.
 int divisions_for(double length, double second_derivative, const TessellationOptions& options) {
-  const double steps = length * std::sqrt(second_derivative / (8 * options.chord_tolerance_m));
+  const double steps = length * std::sqrt(second_derivative / (4 * options.chord_tolerance_m));
   if (!(steps < options.max_divisions)) return options.max_divisions;  // Also for NaN.
   return std::max(options.min_divisions, static_cast<int>(std::ceil(steps)));
 }
@@ -116,10 +117,13 @@ Result<TriangleMesh> tessellate(const PolynomialSurface& surface, const Frame& f
                                 const Superellipse& superellipse, const TessellationOptions& options) {
   if (Status status = check_options(options); !status.ok()) return status.error();
   const Box2 visible{superellipse.centre(), superellipse.contour_half_extent(visible_level())};
-  const int divisions =
-      divisions_for(visible.half_extent.maxCoeff(), largest_second_derivative(surface, visible), options);
-  const std::vector<Vec2> rim = superellipse.contour(visible_level(), divisions);
-  const std::vector<double> rings = ring_fractions(superellipse, divisions);
+  const double bend = largest_second_derivative(surface, visible);
+  const double reach = visible.half_extent.maxCoeff();
+  const int outwards = divisions_for(reach, bend, options);
+  // A quarter of the rim is about a quarter of a circle's.
+  const int around_quarter = divisions_for(reach * std::numbers::pi / 2, bend, options);
+  const std::vector<Vec2> rim = superellipse.contour(visible_level(), around_quarter);
+  const std::vector<double> rings = ring_fractions(superellipse, outwards);
   const std::size_t around = rim.size();
 
   MeshBuilder builder(surface, frame);

@@ -1,0 +1,142 @@
+// A6's accuracy check against NIST's reference data. Ours works in centred and scaled variables; the raw
+// coefficients are got by the exact expansion that coefficients() makes, too.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "nist_data.h"
+#include "server-model/geometry/polynomial_fit.h"
+#include "server-model/geometry/row_qr.h"
+#include "test_surfaces.h"
+
+namespace handloft::geometry {
+namespace {
+
+using test::digits;
+
+/// Digits of the worst raw coefficient of a polynomial in one variable, embedded in two: each observation is
+/// repeated at `degree + 1` values of y, on which the solution must not depend.
+double wampler_digits(const std::vector<double>& y, const std::vector<double>& expected) {
+  constexpr int degree = 5;
+  std::vector<WeightedPoint> points;
+  for (int row = 0; row <= degree; ++row) {
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      points.push_back({{static_cast<double>(i), static_cast<double>(row), y[i]}, 1.0});
+    }
+  }
+  const Result<PolynomialFit> fit = fit_polynomial_surface(points, {.degree = degree});
+  if (!fit.ok() || fit->degree_reduced()) return 0;
+  const std::vector<double> c = fit->surface.coefficients();
+  double worst = 16;
+  for (std::size_t k = 0; k < c.size(); ++k) {
+    const Monomial term = monomials(degree)[k];
+    if (term.y_power == 0)
+      worst = std::min(worst, digits(c[k], expected[static_cast<std::size_t>(term.x_power)]));
+  }
+  return worst;
+}
+
+TEST(NistAccuracy, A6_Wampler1To9Digits) {
+  std::vector<double> y;
+  for (int x = 0; x <= 20; ++x) y.push_back(1 + x * (1 + x * (1 + x * (1 + x * (1.0 + x)))));
+  EXPECT_GE(wampler_digits(y, {1, 1, 1, 1, 1, 1}), 9);
+}
+
+TEST(NistAccuracy, A6_Wampler2To12Digits) {
+  std::vector<double> y;
+  for (int i = 0; i <= 20; ++i) {
+    const double x = 0.1 * i;
+    y.push_back(1 + x * (1 + x * (1 + x * (1 + x * (1.0 + x)))));
+  }
+  EXPECT_GE(wampler_digits(y, {1, 0.1, 0.01, 0.001, 0.0001, 0.00001}), 12);
+}
+
+TEST(NistAccuracy, A6_Wampler5To7Digits) {
+  EXPECT_GE(wampler_digits({nist::kWampler5Y.begin(), nist::kWampler5Y.end()}, {1, 1, 1, 1, 1, 1}), 7);
+}
+
+TEST(NistAccuracy, A6_LongleyTo12Digits) {
+  RowQr qr(7);
+  Eigen::MatrixXd rows(16, 8);
+  for (Eigen::Index i = 0; i < 16; ++i) {
+    const auto& source = nist::kLongley[static_cast<std::size_t>(i)];
+    rows(i, 0) = 1;
+    for (Eigen::Index k = 1; k < 7; ++k) rows(i, k) = source[static_cast<std::size_t>(k)];
+    rows(i, 7) = source[0];
+  }
+  qr.append(rows);
+  const Eigen::VectorXd c = qr.solve(7);
+  for (Eigen::Index k = 0; k < 7; ++k) {
+    EXPECT_GE(digits(c[k], nist::kLongleyCoefficients[static_cast<std::size_t>(k)]), 12) << "b" << k;
+  }
+}
+
+/// Filip's degree, 10, is beyond our surfaces': it tests the solver that they use.
+class Filip : public ::testing::Test {
+ protected:
+  static constexpr Eigen::Index kTerms = 11;
+  static constexpr Eigen::Index kRows = 82;
+
+  /// [1, u, ..., u^10 | y] with u = (x - centre) / scale.
+  static Eigen::MatrixXd design(double centre, double scale) {
+    Eigen::MatrixXd rows(kRows, kTerms + 1);
+    for (Eigen::Index i = 0; i < kRows; ++i) {
+      const double u = (nist::kFilipX[static_cast<std::size_t>(i)] - centre) / scale;
+      double power = 1;
+      for (Eigen::Index k = 0; k < kTerms; ++k, power *= u) rows(i, k) = power;
+      rows(i, kTerms) = nist::kFilipY[static_cast<std::size_t>(i)];
+    }
+    return rows;
+  }
+
+  static double residual_sum(const Eigen::MatrixXd& rows, const Eigen::VectorXd& c) {
+    return (rows.leftCols(kTerms) * c - rows.col(kTerms)).squaredNorm();
+  }
+};
+
+TEST_F(Filip, A6_CentredAndScaledQrTo12DigitsOfTheResidualSum) {
+  const auto [low, high] = std::minmax_element(nist::kFilipX.begin(), nist::kFilipX.end());
+  const Eigen::MatrixXd rows = design((*low + *high) / 2, (*high - *low) / 2);
+  RowQr qr(kTerms);
+  Eigen::MatrixXd workspace = rows;
+  qr.append(workspace);
+  EXPECT_GE(digits(residual_sum(rows, qr.solve(kTerms)), nist::kFilipResidualSumOfSquares), 12);
+}
+
+TEST_F(Filip, A6_CentredAndScaledQrTo13DigitsOfTheRawCoefficients) {
+  const auto [low, high] = std::minmax_element(nist::kFilipX.begin(), nist::kFilipX.end());
+  const double centre = (*low + *high) / 2;
+  const double scale = (*high - *low) / 2;
+  Eigen::MatrixXd rows = design(centre, scale);
+  RowQr qr(kTerms);
+  qr.append(rows);
+  const Eigen::VectorXd scaled = qr.solve(kTerms);
+  // ((x - c) / s)^k expanded by Horner's rule over polynomials, in long double: here only the solver is
+  // judged.
+  std::array<long double, kTerms> raw{};
+  for (Eigen::Index k = kTerms - 1; k >= 0; --k) {
+    std::array<long double, kTerms> next{};
+    for (std::size_t i = 0; i < raw.size(); ++i) {
+      next[i] -= raw[i] * static_cast<long double>(centre) / static_cast<long double>(scale);
+      if (i + 1 < raw.size()) next[i + 1] += raw[i] / static_cast<long double>(scale);
+    }
+    next[0] += static_cast<long double>(scaled[k]);
+    raw = next;
+  }
+  for (std::size_t k = 0; k < raw.size(); ++k) {
+    EXPECT_GE(digits(static_cast<double>(raw[k]), nist::kFilipCoefficients[k]), 13) << "b" << k;
+  }
+}
+
+TEST_F(Filip, A6_NegativeControl_RawNormalEquationsKeepLessThan3Digits) {
+  const Eigen::MatrixXd rows = design(0, 1);
+  const Eigen::MatrixXd a = rows.leftCols(kTerms);
+  const Eigen::VectorXd c = (a.transpose() * a).ldlt().solve(a.transpose() * rows.col(kTerms));
+  EXPECT_LT(digits(c[0], nist::kFilipCoefficients[0]), 3);
+}
+
+}  // namespace
+}  // namespace handloft::geometry
