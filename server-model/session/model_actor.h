@@ -13,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "common/base/clock.h"
@@ -68,7 +69,7 @@ class ModelActor {
   using Outcome = model::ScriptTarget::Outcome;
 
   /// `clock` must outlive it.
-  ModelActor(model::Model initial, ActorOptions options, ActorEvents events, Logger log);
+  ModelActor(model::Model initial, ActorOptions options, ActorEvents events, const Clock& clock, Logger log);
   ~ModelActor();
   ModelActor(const ModelActor&) = delete;
   ModelActor& operator=(const ModelActor&) = delete;
@@ -102,11 +103,14 @@ class ModelActor {
   void publish_scene();
   void report(const interaction::FrameOutcome& outcome);
   ActorState state_now() const;
-  void post(std::function<void()> work);
+  void post(std::function<void()> work);     ///< To the model's thread.
+  void in_pool(std::function<void()> work);  ///< To a thread beside it.
 
   ActorEvents events_;
   ActorOptions options_;
+  const Clock& clock_;
   Logger log_;
+  RateLimit problem_rate_{std::chrono::seconds(1)};  ///< A fault may come with every frame.
 
   // Owned by the model's thread.
   model::Model model_;
@@ -114,6 +118,7 @@ class ModelActor {
   stream::MeshCache meshes_;
   stream::SceneBuilder builder_;
   std::int64_t capture_time_ns_ = 0;
+  int frames_without_scene_ = 0;  ///< That changed it since it was published.
   std::optional<std::uint64_t> last_sequence_;
   TrackingStatistics tracking_;
 

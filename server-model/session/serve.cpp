@@ -1,0 +1,181 @@
+#include "server-model/session/serve.h"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <sstream>
+#include <utility>
+
+#include "common/base/version.h"
+#include "common/net/message_client.h"
+#include "server-model/model/model.h"
+#include "server-model/session/local_target.h"
+#include "server-model/session/report.h"
+#include "server-model/session/script_runner.h"
+#include "server-model/session/server.h"
+#include "server-model/session/tracking_link.h"
+
+namespace handloft::session {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// How long viewers get at the end of a recording to read what is left; a stalled one must not hold the
+/// server.
+constexpr auto flush_timeout = 5s;
+constexpr auto flush_poll = 5ms;
+/// Connections are closed within a second (Connection::close()); then the executor has nothing left to do.
+constexpr auto close_timeout = 1500ms;
+
+Result<std::vector<net::Endpoint>> endpoints_of(const ServeOptions& options) {
+  std::vector<net::Endpoint> endpoints;
+  for (const std::string& text : options.listen) {
+    auto endpoint = net::parse_endpoint(text);
+    if (!endpoint) return endpoint.error();
+    endpoints.push_back(*std::move(endpoint));
+  }
+  if (endpoints.empty()) {
+    auto endpoint = net::default_model_endpoint();
+    if (!endpoint) return endpoint.error();
+    endpoints.push_back(*std::move(endpoint));
+  }
+  return endpoints;
+}
+
+/// The model as the script leaves it; a failing line is an error that names it.
+Result<model::Model> scripted_model(const ServeOptions& options) {
+  model::LocalTarget target(options.files);
+  if (options.script.empty()) return model::Model();
+  std::ifstream file(options.script, std::ios::binary);
+  if (!file) return make_error(ErrorCode::io, "cannot open \"" + options.script + "\"", "script");
+  std::ostringstream answers;  // standard output is for the line that says "ready"
+  const model::ScriptSummary summary = model::run_script(file, answers, target);
+  if (!summary.ok()) {
+    return make_error(
+        ErrorCode::failed_precondition,
+        options.script + ":" + std::to_string(summary.first_failed_line) + ": " + summary.first_failure,
+        "script");
+  }
+  return target.model();
+}
+
+std::string ready_line(const std::vector<net::Endpoint>& endpoints) {
+  nlohmann::ordered_json line{{"ready", true}, {"endpoints", nlohmann::ordered_json::array()}};
+  for (const net::Endpoint& endpoint : endpoints) line["endpoints"].push_back(endpoint.to_string());
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+/// Runs the sockets until a signal or, when asked, the end of a recording.
+class Session {
+ public:
+  Session(const ServeOptions& options, const Logger& log) : options_(options), log_(log) {}
+
+  Status run(const std::vector<net::Endpoint>& endpoints, model::Model model, std::ostream& out) {
+    boost::asio::signal_set signals(context_, SIGINT, SIGTERM);
+    signals.async_wait([this](const boost::system::error_code& error, int signal) {
+      if (!error) {
+        log_.info("stopping on signal {}", signal);
+        begin_stop();
+      }
+    });
+    ServerOptions server_options;
+    server_options.net.program = program_version("handloft-modeld");
+    server_options.files = options_.files;
+    server_options.actor.interaction = options_.interaction;
+    server_options.actor.epoch = static_cast<std::uint64_t>(to_ns(clock_.now()));
+    auto server = Server::start(context_.get_executor(), endpoints, std::move(model),
+                                std::move(server_options), clock_, log_, [this] { on_end_of_recording(); });
+    if (!server) return server.error();
+    server_ = *std::move(server);
+    if (!options_.tracking.empty()) {
+      auto endpoint = net::parse_endpoint(options_.tracking);
+      if (!endpoint) return make_error(endpoint.error().code, endpoint.error().message, "tracking");
+      tracking_ =
+          std::make_unique<TrackingLink>(*endpoint, server_->actor(), clock_, log_.component("tracking"));
+    }
+    out << ready_line(server_->endpoints()) << std::endl;
+    context_.run();  // ends when connections are closed and timers are done
+    return write_report();
+  }
+
+ private:
+  void on_end_of_recording() {
+    log_.info("the recording has ended");
+    if (options_.at_end != ServeOptions::AtEnd::exit) return;
+    boost::asio::post(context_, [this] {
+      flush_until_ = clock_.now() + flush_timeout;
+      stop_when_flushed();
+    });
+  }
+
+  void stop_when_flushed() {
+    if (stopping_) return;
+    const bool flushed = server_->actor().idle() && server_->flushed();
+    if (flushed || clock_.now() > flush_until_) {
+      if (!flushed) log_.warning("a viewer has not read all within {} s", flush_timeout.count());
+      begin_stop();
+      return;
+    }
+    timer_.expires_after(flush_poll);
+    timer_.async_wait([this](const boost::system::error_code& error) {
+      if (!error) stop_when_flushed();
+    });
+  }
+
+  void begin_stop() {
+    if (stopping_) return;
+    stopping_ = true;
+    // Ends gestures in the air as a gone daemon would; what a hand has laid is not lost by stopping.
+    server_->actor().tracking_lost();
+    figures_.state = server_->actor().state();
+    figures_.clients_served = server_->clients_served();
+    figures_.capture_to_delta = server_->capture_to_delta();
+    server_->stop();
+    tracking_.reset();
+    timer_.expires_after(close_timeout);
+    timer_.async_wait([this](const boost::system::error_code&) { context_.stop(); });
+  }
+
+  Status write_report() {
+    server_.reset();
+    if (options_.report.empty()) return {};
+    return session::write_report(options_.report, figures_);
+  }
+
+  const ServeOptions& options_;
+  Logger log_;
+  SystemClock clock_;
+  boost::asio::io_context context_;
+  boost::asio::steady_timer timer_{context_};
+  std::unique_ptr<Server> server_;
+  std::unique_ptr<TrackingLink> tracking_;
+  TimePoint flush_until_;
+  bool stopping_ = false;
+  SessionFigures figures_;
+};
+
+}  // namespace
+
+int serve(const ServeOptions& options, std::ostream& out) {
+  const Logger log("modeld", options.log_level);
+  const auto fail = [&](const Error& error) {
+    log.error("{}", error.describe());
+    return 1;
+  };
+  auto endpoints = endpoints_of(options);
+  if (!endpoints) return fail(endpoints.error());
+  auto model = scripted_model(options);
+  if (!model) return fail(model.error());
+  Session session(options, log);
+  if (const Status done = session.run(*endpoints, *std::move(model), out); !done) return fail(done.error());
+  return 0;
+}
+
+}  // namespace handloft::session
