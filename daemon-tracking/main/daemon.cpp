@@ -1,5 +1,7 @@
 #include "daemon-tracking/main/daemon.h"
 
+#include <fmt/format.h>
+
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
@@ -63,9 +65,21 @@ struct Fused {
 };
 using FusionInput = std::variant<Sample, Fused>;
 
+Result<std::vector<CameraTracker>> make_trackers(const Rig& rig, const Clock& clock) {
+  CameraTrackerOptions options;
+  options.stopwatch = &clock;
+  std::vector<CameraTracker> trackers;
+  for (std::uint32_t camera = 0; camera < rig.cameras.size(); ++camera) {
+    Result<CameraTracker> tracker = CameraTracker::create(rig, camera, options);
+    if (!tracker) return tracker.error();
+    trackers.push_back(std::move(*tracker));
+  }
+  return trackers;
+}
+
 // Real time: vision on workers, fusion on one thread, the source on its own.
-Result<std::vector<std::uint64_t>> run_live(SampleSource& source, const Rig& rig, FusionStage& stage,
-                                            const Clock& clock, const Logger& log,
+Result<std::vector<std::uint64_t>> run_live(SampleSource& source, std::vector<CameraTracker> trackers,
+                                            FusionStage& stage, const Clock& clock, const Logger& log,
                                             const StopRequested& stop_requested) {
   BoundedQueue<FusionInput> queue(fusion_queue_samples);
   RateLimit complaints(1s);
@@ -76,13 +90,9 @@ Result<std::vector<std::uint64_t>> run_live(SampleSource& source, const Rig& rig
     }
   };
   std::vector<std::unique_ptr<CameraWorker>> workers;
-  for (std::uint32_t camera = 0; camera < rig.cameras.size(); ++camera) {
-    CameraTrackerOptions options;
-    options.stopwatch = &clock;
-    Result<CameraTracker> tracker = CameraTracker::create(rig, camera, options);
-    if (!tracker) return tracker.error();
+  for (CameraTracker& tracker : trackers) {
     workers.push_back(std::make_unique<CameraWorker>(
-        std::move(*tracker),
+        std::move(tracker),
         [&](CameraFrame frame, CameraObservation observation) {
           enqueue(Fused{std::move(frame), std::move(observation)});
         },
@@ -119,14 +129,27 @@ Result<std::vector<std::uint64_t>> run_live(SampleSource& source, const Rig& rig
   return dropped;
 }
 
-// As fast as it goes, on one thread, waiting for whoever wants every frame.
-void run_fast(SampleStream& stream, FusionStage& stage, Publisher& publisher,
-              const StopRequested& stop_requested) {
+// As fast as it goes, on one thread, waiting for whoever wants every frame. The same trackers and the same
+// stage as live, fed in the order of the stream: the same bits.
+void run_fast(SampleStream& stream, std::vector<CameraTracker> trackers, FusionStage& stage,
+              Publisher& publisher, const Logger& log, const StopRequested& stop_requested) {
   while (!stop_requested()) {
     const std::optional<Sample> sample = stream.next();
     if (!sample) return;
-    stage.consume(*sample);
-    if (std::holds_alternative<CameraFrame>(*sample)) publisher.wait_for_readers(slow_reader_timeout);
+    const auto* frame = std::get_if<CameraFrame>(&*sample);
+    if (frame == nullptr) {
+      stage.consume(*sample);
+      continue;
+    }
+    if (frame->camera >= trackers.size()) continue;
+    const Result<CameraObservation> observation = trackers[frame->camera].process(*frame);
+    if (!observation) {
+      log.warning("camera {}: frame {} can't be used: {}", frame->camera, frame->sequence,
+                  observation.error().describe());
+      continue;
+    }
+    stage.consume(*frame, *observation);
+    publisher.wait_for_readers(slow_reader_timeout);
   }
 }
 
@@ -149,6 +172,8 @@ Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clo
   PipelineOptions pipeline_options;
   Result<TrackingPipeline> pipeline = TrackingPipeline::create(sources->rig, pipeline_options);
   if (!pipeline) return pipeline.error();
+  Result<std::vector<CameraTracker>> trackers = make_trackers(sources->rig, clock);
+  if (!trackers) return trackers.error();
   const Result<net::Endpoint> endpoint = listening_endpoint(options);
   if (!endpoint) return endpoint.error();
 
@@ -196,7 +221,7 @@ Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clo
                     fast ? TimeLine::past : TimeLine::present);
   std::vector<std::uint64_t> dropped;
   if (fast) {
-    run_fast(*sources->stream, stage, **publisher, stop_requested);
+    run_fast(*sources->stream, std::move(*trackers), stage, **publisher, log, stop_requested);
   } else {
     PaceOptions pace;
     const TimePoint start = clock.now() + simulation_lead;
@@ -208,7 +233,7 @@ Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clo
     }
     PacedSource source("rig", std::move(sources->stream), clock, pace);
     Result<std::vector<std::uint64_t>> live =
-        run_live(source, sources->rig, stage, clock, log, stop_requested);
+        run_live(source, std::move(*trackers), stage, clock, log, stop_requested);
     if (!live) return live.error();
     dropped = std::move(*live);
   }

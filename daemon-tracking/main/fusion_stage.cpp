@@ -46,11 +46,6 @@ FusionStage::FusionStage(TrackingPipeline pipeline, Publisher& publisher, Sample
 
 void FusionStage::consume(const Sample& sample) {
   if (recorder_ != nullptr) recorder_->record(sample);
-  if (const auto* frame = std::get_if<CameraFrame>(&sample)) {
-    note_frame(*frame);
-    if (const std::optional<FusedState> state = pipeline_.consume(sample)) publish(*state, *frame);
-    return;
-  }
   pipeline_.consume(sample);
   if (const auto* report = std::get_if<GloveBytes>(&sample)) {
     ++figures_.glove_reports;

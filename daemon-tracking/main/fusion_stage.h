@@ -30,9 +30,9 @@ class FusionStage {
   FusionStage(TrackingPipeline pipeline, Publisher& publisher, SampleRecorder* recorder,
               net::FrameRingWriter* ring, const Clock& clock, TimeLine time_line);
 
-  /// Any sample; frames are looked at here (replay).
+  /// What is no frame: reports, presence, truth.
   void consume(const Sample& sample);
-  /// A frame that a worker has looked at (live).
+  /// A frame that has been looked at.
   void consume(const CameraFrame& frame, const CameraObservation& observation);
 
   /// Tells subscribers that nothing follows.
