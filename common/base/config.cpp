@@ -281,7 +281,8 @@ struct OptionTable::Implementation {
           ->type_name(type)
           ->expected(1)
           ->default_str(preset)
-          ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+          ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+          ->allow_extra_args(false);  // or it would swallow the positionals behind it
     }
   }
 

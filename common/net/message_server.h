@@ -27,7 +27,7 @@ struct ServerOptions {
   std::chrono::milliseconds hello_timeout{5000};  ///< A peer that has not said hello by then is closed.
   std::size_t max_connections = 256;  ///< With those in the handshake; more are refused with a reason.
   std::size_t max_half_open = 64;     ///< Peers in the handshake at a time.
-  OutboxLimits outbox;
+  OutboxLimits outbox = {};
   /// The kernel's buffer for each peer: what a slow reader still gets of the past before the newest. 0: the
   /// system's.
   int send_buffer_bytes = 256 << 10;
