@@ -42,7 +42,7 @@ struct HandFilterOptions {
   double unplaced_cost =
       4.0;  ///< Of a blob for a finger that has no place yet: half of a blob's plausible surprise.
   double occlusion_share =
-      0.7;  ///< A blob smaller than this share of the expected image is taken as half hidden.
+      0.45;  ///< A blob smaller than this share of the expected image is more than half hidden.
   Duration sight_span =
       std::chrono::milliseconds(80);  ///< Longest gap over which a 2D track is interpolated.
   double min_tip_distance_m =

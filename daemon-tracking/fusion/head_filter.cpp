@@ -93,7 +93,14 @@ void HeadFilter::apply(State& state, const Measurement& measurement) const {
     start(state, view);
     return;
   }
-  if (correct(state, view)) {
+  State next = state;
+  Correction correction = correct(next, view, 1.0);
+  if (correction != Correction::accepted) {
+    next = state;
+    correction = correct(next, view, options_.jerk_factor);
+  }
+  if (correction != Correction::refused) {
+    state = next;
     state.gated_running = 0;
     return;
   }
@@ -131,7 +138,7 @@ bool HeadFilter::start(State& state, const Measurement& measurement) const {
   return true;
 }
 
-void HeadFilter::predict(State& state, TimePoint time) const {
+void HeadFilter::predict(State& state, TimePoint time, double density_factor) const {
   const double dt_s = to_seconds(time - state.time);
   if (dt_s <= 0.0) return;
   const double tau = options_.velocity_decay_s;
@@ -149,7 +156,8 @@ void HeadFilter::predict(State& state, TimePoint time) const {
   state.covariance = transition * state.covariance * transition.transpose();
   const double step = std::min(dt_s, options_.max_step_s);
   for (int axis = 0; axis < 6; ++axis) {
-    const double density = axis < 3 ? options_.acceleration_density : options_.angular_density;
+    const double density =
+        density_factor * (axis < 3 ? options_.acceleration_density : options_.angular_density);
     const double q = density * density;
     state.covariance(axis, axis) += q * step * step * step / 3.0;
     state.covariance(axis, axis + 6) += q * step * step / 2.0;
@@ -159,9 +167,10 @@ void HeadFilter::predict(State& state, TimePoint time) const {
   state.time = time;
 }
 
-bool HeadFilter::correct(State& state, const Measurement& measurement) const {
+HeadFilter::Correction HeadFilter::correct(State& state, const Measurement& measurement,
+                                           double density_factor) const {
   State next = state;
-  predict(next, measurement.time);
+  predict(next, measurement.time, density_factor);
   const Matrix6d prior_covariance = next.covariance.topLeftCorner<6, 6>();
   const PosePrior prior{isometry(next.position, next.orientation), prior_covariance};
   BodyPoseOptions pose_options = options_.pose;
@@ -172,7 +181,8 @@ bool HeadFilter::correct(State& state, const Measurement& measurement) const {
   const std::array<BodyView, 1> views{measurement.view};
   // From the prediction alone: the other pose of an ambiguous tag is another minimum and is not gone to.
   const auto pose = refine_body_pose(views, prior.base_from_body, prior, pose_options);
-  if (!pose || pose->reprojection_rms_px > options_.gate_rms_sigmas * options_.corner_sigma_px) return false;
+  if (!pose || pose->reprojection_rms_px > options_.gate_rms_sigmas * options_.corner_sigma_px)
+    return Correction::refused;
   Vector6d step;
   step.head<3>() = pose->base_from_body.translation() - next.position;
   step.tail<3>() = vector_from_rotation(Eigen::Quaterniond(
@@ -195,10 +205,10 @@ bool HeadFilter::correct(State& state, const Measurement& measurement) const {
   if (!next.position.allFinite() || !next.orientation.coeffs().allFinite() || !next.velocity.allFinite() ||
       !next.angular_velocity.allFinite() || !next.covariance.allFinite() ||
       next.covariance.diagonal().minCoeff() <= 0.0)
-    return false;
+    return Correction::refused;
   state = next;
   ++state.counters.updates;
-  return true;
+  return step.dot(factor.solve(step)) > options_.jerk_nis ? Correction::surprising : Correction::accepted;
 }
 
 FusedHead HeadFilter::head_at_time(TimePoint time, const PredictionLimits& limits) const {

@@ -28,9 +28,13 @@ struct HeadFilterOptions {
   BodyPoseOptions pose;
   double corner_sigma_px = 0.2;  ///< Noise of a refined corner.
   double common_sigma_px =
-      0.25;  ///< Error shared by a whole view (calibration, blur): bounds what many corners claim.
-  double acceleration_density = 2.0;    ///< (m/s^2)/sqrt(Hz).
-  double angular_density = 8.0;         ///< (rad/s^2)/sqrt(Hz).
+      0.1;  ///< Error shared by a whole view (calibration, blur): bounds what many corners claim.
+  /// (m/s^2)/sqrt(Hz) and (rad/s^2)/sqrt(Hz) of a head that looks at its work, and the factor on both when a
+  /// view surprises: heads rest, then turn fast.
+  double acceleration_density = 0.3;
+  double angular_density = 1.0;
+  double jerk_factor = 8.0;
+  double jerk_nis = 16.8;               ///< chi^2 of 6 degrees of freedom, 1 %.
   double velocity_decay_s = 0.5;        ///< Time constants of both velocities.
   double initial_velocity_sigma = 0.5;  ///< m/s
   double initial_angular_sigma = 2.0;   ///< rad/s
@@ -101,9 +105,11 @@ class HeadFilter {
 
   HeadFilter(std::vector<Camera> cameras, const Rig& rig, const HeadFilterOptions& options);
   void apply(State& state, const Measurement& measurement) const;
-  void predict(State& state, TimePoint time) const;
+  void predict(State& state, TimePoint time, double density_factor) const;
   bool start(State& state, const Measurement& measurement) const;
-  bool correct(State& state, const Measurement& measurement) const;
+  /// How well a view went in.
+  enum class Correction { accepted, surprising, refused };
+  Correction correct(State& state, const Measurement& measurement, double density_factor) const;
 
   std::vector<Camera> cameras_;
   std::vector<TagPlacement> head_tags_;

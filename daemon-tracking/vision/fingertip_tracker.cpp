@@ -16,6 +16,8 @@ namespace {
 constexpr int table_side = 128;  // Chroma in steps of 2: finer than any camera's noise
 constexpr std::uint8_t background_class = finger_count;
 constexpr double longest_step_s = 0.2;
+constexpr double solid_weight = 0.5;
+constexpr std::size_t fewest_rim_samples = 8;
 // Chroma of a blob's rim is mixed with what lies behind: a patch may be this much worse than its core.
 constexpr double lowest_log_likelihood = -50.0;
 
@@ -185,6 +187,7 @@ void FingertipTracker::search(const PlanarImage& image, const Region& region,
     double weight = 0, x = 0, y = 0, cb = 0, cr = 0;
     int count = 0;
     bool at_border = false;
+    std::vector<cv::Point2f> solid;  // Samples that are surely tip
   };
   for (int finger = 0; finger < finger_count; ++finger) {
     if (counts[static_cast<std::size_t>(finger)] * sample_area < options_.min_area_px) continue;
@@ -203,6 +206,10 @@ void FingertipTracker::search(const PlanarImage& image, const Region& region,
         sum.weight += weight;
         sum.x += weight * (chroma_x * step_x + 0.5 * (step_x - 1));
         sum.y += weight * (chroma_y * step_y + 0.5 * (step_y - 1));
+        if (weight > solid_weight)
+          sum.solid.emplace_back(
+              static_cast<float>(chroma_x * step_x) + 0.5f * static_cast<float>(step_x - 1),
+              static_cast<float>(chroma_y * step_y) + 0.5f * static_cast<float>(step_y - 1));
         sum.cb += weight * cb;
         sum.cr += weight * cr;
         ++sum.count;
@@ -223,6 +230,16 @@ void FingertipTracker::search(const PlanarImage& image, const Region& region,
       double variance =
           options_.centroid_sigma_px * options_.centroid_sigma_px + options_.centroid_area_px2 / area;
       if (sum.at_border) variance += options_.border_sigma_px * options_.border_sigma_px;
+      if (!sum.at_border && sum.solid.size() >= fewest_rim_samples) {
+        cv::Point2f centre;
+        float radius = 0.0f;
+        cv::minEnclosingCircle(sum.solid, centre, radius);
+        const double rim = static_cast<double>(radius) + 0.5 * std::max(step_x, step_y);
+        if (area < options_.hidden_fill * std::numbers::pi * rim * rim) {
+          blob.centre_px = {static_cast<double>(centre.x), static_cast<double>(centre.y)};
+          variance += options_.hidden_sigma_px * options_.hidden_sigma_px;
+        }
+      }
       blob.covariance = Eigen::Matrix2d::Identity() * variance;
       for (int other = 0; other < finger_count; ++other)
         blob.log_likelihood[static_cast<std::size_t>(other)] =

@@ -38,6 +38,10 @@ struct FingertipTrackerOptions {
   double max_area_px = 20000.0;     ///< Larger ones are a sleeve, not a fingertip.
   double centroid_sigma_px = 0.12;  ///< s0: of a large clean blob.
   double centroid_area_px2 = 1.5;   ///< k of sigma^2 = s0^2 + k / area.
+  /// A disc fills its smallest enclosing circle; below this share part of it is hidden, and while more than
+  /// half its rim shows, the circle's centre is the disc's, which the centroid is not.
+  double hidden_fill = 0.75;
+  double hidden_sigma_px = 0.4;  ///< Of a centre found that way: the rim's samples are 2 px apart.
   double border_sigma_px = 4.0;  ///< Added for a patch that touches the border: its centre is not the tip's.
   int max_blobs_per_finger = 3;  ///< The largest are kept, the fusion chooses among them.
   int whole_frame_every = 10;    ///< Frames; 3 Hz at 30 fps.
@@ -92,7 +96,7 @@ class FingertipTracker {
   std::vector<float> weight_;        ///< 128 x 128 weights in (0, 1] of the table's class
   std::array<Track, finger_count> tracks_;
   std::uint64_t frames_ = 0;
-  std::vector<std::uint8_t> mask_;
+  std::vector<std::uint8_t> mask_;  ///< Classes of the region being searched
 };
 
 }  // namespace handloft::tracking

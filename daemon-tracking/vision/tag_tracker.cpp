@@ -69,7 +69,8 @@ struct TagTracker::State {
   void detect(const Plane& luma, const Box& region, double decimation, std::vector<TagDetection>& found);
   std::vector<Box> regions(const Plane& luma, TimePoint time, bool with_standing) const;
   bool stands(int id) const {
-    return std::find(options.standing_ids.begin(), options.standing_ids.end(), id) != options.standing_ids.end();
+    return std::find(options.standing_ids.begin(), options.standing_ids.end(), id) !=
+           options.standing_ids.end();
   }
   void follow(const std::vector<TagDetection>& tags, TimePoint time, bool with_standing);
 };
@@ -89,8 +90,7 @@ Result<TagTracker> TagTracker::create(const TagTrackerOptions& options) {
     return make_error(ErrorCode::invalid_argument,
                       fmt::format("found {}, expected 1..4", options.search_decimation),
                       "tags.search_decimation");
-  if (options.whole_frame_every < 1 || options.whole_frame_when_none_every < 1 ||
-      options.standing_every < 1)
+  if (options.whole_frame_every < 1 || options.whole_frame_when_none_every < 1 || options.standing_every < 1)
     return make_error(ErrorCode::invalid_argument, "found a number of frames below 1",
                       "tags.whole_frame_every");
   auto state = std::make_unique<State>();
@@ -223,13 +223,16 @@ TagTracker::Found TagTracker::track(const Plane& luma, TimePoint capture_time) {
   State& state = *state_;
   const bool with_standing = ++state.frames_since_standing >= state.options.standing_every;
   if (with_standing) state.frames_since_standing = 0;
-  for (const Box& region : state.regions(luma, capture_time, with_standing)) state.detect(luma, region, 1.0, found.tags);
+  for (const Box& region : state.regions(luma, capture_time, with_standing))
+    state.detect(luma, region, 1.0, found.tags);
 
-  const bool none = std::all_of(state.tracks.begin(), state.tracks.end(),
-                                [&](const auto& entry) { return entry.second.missed > 0 || state.stands(entry.first); });
+  const bool none = std::all_of(state.tracks.begin(), state.tracks.end(), [&](const auto& entry) {
+    return entry.second.missed > 0 || state.stands(entry.first);
+  });
   const bool any_moving = std::any_of(state.options.known_ids.begin(), state.options.known_ids.end(),
                                       [&](int id) { return !state.stands(id); });
-  const int interval = none && any_moving ? state.options.whole_frame_when_none_every : state.options.whole_frame_every;
+  const int interval =
+      none && any_moving ? state.options.whole_frame_when_none_every : state.options.whole_frame_every;
   if (!state.searched_once || ++state.frames_since_search >= interval) {
     state.searched_once = true;
     state.frames_since_search = 0;

@@ -23,12 +23,13 @@ struct TagTrackerOptions {
   double border_px = 3.0;             ///< A tag this near the border may have a cut corner.
   int whole_frame_every = 15;  ///< Frames between two searches for tags that came into view: half a second.
   int whole_frame_when_none_every = 2;  ///< The same while no tag is seen at all.
-  /// Tags that stand still before this camera (the table's, before a table camera): they only tell whether it was
-  /// moved (T12) and are looked at every so many frames.
+  /// Tags that stand still before this camera (the table's, before a table camera): they only tell whether it
+  /// was moved (T12) and are looked at every so many frames.
   std::vector<int> standing_ids;
   int standing_every = 10;
-  double search_decimation = 2.0;       ///< Of the whole-frame search only; larger loses half of all tags.
-  double roi_growth = 0.12;  ///< Region: the tag's predicted box grown by this share of its size on each side,
+  double search_decimation = 2.0;  ///< Of the whole-frame search only; larger loses half of all tags.
+  double roi_growth =
+      0.12;  ///< Region: the tag's predicted box grown by this share of its size on each side,
   double roi_margin_px = 6.0;  ///< plus this, plus half the motion since the last detection.
 };
 
