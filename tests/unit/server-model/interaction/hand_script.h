@@ -1,0 +1,75 @@
+#pragma once
+// A hand made of numbers: tracking frames as handloft-trackd would publish them, one method call a frame.
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "proto/tracking.pb.h"
+
+namespace handloft::test {
+
+class HandScript {
+ public:
+  /// Frames come at 30 a second, as in A1.
+  static constexpr std::int64_t frame_ns = 33'333'333;
+
+  /// The five fingertips of a hand whose fingertips' mean is `centre`.
+  static std::array<Eigen::Vector3d, 5> fingertips(const Eigen::Vector3d& centre) {
+    std::array<Eigen::Vector3d, 5> tips;
+    const std::array<Eigen::Vector3d, 5> offsets{
+        Eigen::Vector3d(-0.04, 0.03, 0.0), Eigen::Vector3d(-0.02, -0.02, 0.01),
+        Eigen::Vector3d(0.0, -0.03, 0.0), Eigen::Vector3d(0.02, -0.01, -0.01),
+        Eigen::Vector3d(0.04, 0.03, 0.0)};
+    for (std::size_t i = 0; i < tips.size(); ++i) tips[i] = centre + offsets[i];
+    return tips;
+  }
+
+  v1::TrackingFrame hand(const Eigen::Vector3d& centre, v1::Gesture gesture, bool pressing = false,
+                         double pressure = 0.0) {
+    v1::TrackingFrame frame = empty();
+    v1::HandState& state = *frame.add_hands();
+    state.set_gesture(gesture);
+    state.set_pressing(pressing);
+    state.set_pressure(pressure);
+    const auto tips = fingertips(centre);
+    for (int i = 0; i < 5; ++i) {
+      v1::FingertipState& tip = *state.add_fingertips();
+      tip.set_finger(static_cast<v1::Finger>(i));
+      tip.set_state(v1::TRACKING_TRACKED);
+      tip.mutable_position()->set_x(tips[static_cast<std::size_t>(i)].x());
+      tip.mutable_position()->set_y(tips[static_cast<std::size_t>(i)].y());
+      tip.mutable_position()->set_z(tips[static_cast<std::size_t>(i)].z());
+    }
+    return frame;
+  }
+  v1::TrackingFrame laying(const Eigen::Vector3d& centre, double pressure = 0.5) {
+    return hand(centre, v1::GESTURE_OPEN, true, pressure);
+  }
+  v1::TrackingFrame resting(const Eigen::Vector3d& centre = {0.0, 0.0, 0.1}) {
+    return hand(centre, v1::GESTURE_OPEN);
+  }
+  v1::TrackingFrame touching(double x, double y) { return hand({x, y, 0.0}, v1::GESTURE_ON_TABLE); }
+  /// Nothing seen: a frame without a hand.
+  v1::TrackingFrame empty() {
+    v1::TrackingFrame frame;
+    frame.set_sequence(++sequence_);
+    frame.set_capture_time_ns(time_ns_ += frame_ns);
+    return frame;
+  }
+
+ private:
+  std::uint64_t sequence_ = 0;
+  std::int64_t time_ns_ = 1'000'000'000;
+};
+
+/// Takes a fingertip out of sight.
+inline v1::TrackingFrame without_finger(v1::TrackingFrame frame, int finger) {
+  v1::FingertipState& tip = *frame.mutable_hands(0)->mutable_fingertips(finger);
+  tip.set_state(v1::TRACKING_LOST);
+  tip.mutable_position()->set_x(9.0);  // whatever stands there must not be used
+  return frame;
+}
+
+}  // namespace handloft::test
