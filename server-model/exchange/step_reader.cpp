@@ -46,7 +46,8 @@ StepFace describe(const TopoDS_Face& shape, const StepReadOptions& options) {
     face.degree_v = surface.VDegree();
   }
   GProp_GProps properties;
-  BRepGProp::SurfaceProperties(shape, properties);
+  constexpr double area_precision = 1e-8;  // Relative; without it the library stops at some 1e-5.
+  BRepGProp::SurfaceProperties(shape, properties, area_precision);
   face.area_m2 = properties.Mass() * kMetres * kMetres;
 
   double u0 = 0;

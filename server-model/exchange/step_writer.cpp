@@ -7,6 +7,7 @@
 #include <Interface_Static.hxx>
 #include <STEPConstruct.hxx>
 #include <STEPControl_Writer.hxx>
+#include <StepBasic_Product.hxx>
 #include <StepData_Protocol.hxx>
 #include <StepData_StepModel.hxx>
 #include <StepData_StepWriter.hxx>
@@ -48,6 +49,16 @@ void set_header(const Handle(StepData_StepModel) & model, const std::string& fil
   header.SetOrganizationValue(1, new TCollection_HAsciiString(options.organization.c_str()));
 }
 
+/// Names the products that were added after `entities_before`: the library numbers them instead.
+void name_products(const Handle(StepData_StepModel) & model, int entities_before, const std::string& name) {
+  for (int i = entities_before + 1; i <= model->NbEntities(); ++i) {
+    const Handle(StepBasic_Product) product = Handle(StepBasic_Product)::DownCast(model->Value(i));
+    if (product.IsNull()) continue;
+    product->SetId(new TCollection_HAsciiString(name.c_str()));
+    product->SetName(new TCollection_HAsciiString(name.c_str()));
+  }
+}
+
 Result<std::string> to_step(std::span<const SurfaceExport> surfaces, const std::string& file_name,
                             const StepOptions& options) {
   Interface_Static::SetIVal("write.surfacecurve.mode", 1);  // With curves in the parameter plane.
@@ -63,13 +74,14 @@ Result<std::string> to_step(std::span<const SurfaceExport> surfaces, const std::
       return error;
     }
     const std::string name = step_name(surfaces[i].name);
-    Interface_Static::SetCVal("write.step.product.name", name.c_str());
+    const int entities_before = writer.Model()->NbEntities();
     if (writer.Transfer(*face, STEPControl_AsIs) != IFSelect_RetDone) {
       return make_error(ErrorCode::internal, "the CAD kernel didn't translate the face", field);
     }
     const Handle(Transfer_FinderProcess) process = writer.WS()->TransferWriter()->FinderProcess();
     const Handle(StepRepr_RepresentationItem) item = STEPConstruct::FindEntity(process, *face);
     if (!item.IsNull()) item->SetName(new TCollection_HAsciiString(name.c_str()));
+    name_products(writer.Model(), entities_before, name);
   }
   const Handle(StepData_StepModel) model = writer.Model();
   set_header(model, file_name, options);
