@@ -25,7 +25,7 @@ struct Document {
   Entities entities;
   std::shared_ptr<const Ids> used_ids =
       std::make_shared<const Ids>();  ///< Alive or deleted: never given again.
-  std::uint64_t next_shape = 1;       ///< For "shape-N".
+  std::uint64_t next_shape = 1;       ///< One more than the largest N of a "shape-N" so far.
 
   /// Null when there is none of that id.
   EntityPtr find(std::string_view id) const;

@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
 #include "server-model/model/operations/operations.h"
 #include "server-model/model/validate.h"
 
@@ -34,6 +38,21 @@ Status add_entity(Document& document, DualShape shape, std::string_view field, c
   return {};
 }
 
+namespace {
+
+// The N of "shape-N"; nullopt for other ids and for numbers that are not worth counting on from.
+std::optional<std::uint64_t> shape_number(std::string_view id) {
+  constexpr std::string_view stem = "shape-";
+  constexpr std::size_t max_digits = 9;
+  if (!id.starts_with(stem) || id.size() > stem.size() + max_digits) return std::nullopt;
+  std::uint64_t number = 0;
+  const char* const end = id.data() + id.size();
+  const auto [stop, error] = std::from_chars(id.data() + stem.size(), end, number);
+  return error == std::errc() && stop == end ? std::optional(number) : std::nullopt;
+}
+
+}  // namespace
+
 Result<Outcome> create_dual_shape(const Document& document, const handloft::v1::CreateDualShape& request,
                                   const ApplyContext& context) {
   if (auto status = check_degree(request.degree(), "create_dual_shape.degree", context.limits); !status) {
@@ -48,11 +67,16 @@ Result<Outcome> create_dual_shape(const Document& document, const handloft::v1::
   shape.id = request.id();
   if (shape.id.empty()) {
     // used_ids is bounded, so this ends.
-    do {
-      shape.id = fmt::format("shape-{}", outcome.document.next_shape++);
-    } while (document.used_ids->contains(shape.id));
+    for (std::uint64_t n = document.next_shape; shape.id.empty() || document.used_ids->contains(shape.id);
+         ++n) {
+      shape.id = fmt::format("shape-{}", n);
+    }
   } else if (auto status = check_id(shape.id, "create_dual_shape.id", context.limits); !status) {
     return status.error();
+  }
+  // By the id alone, so that the log, which holds the id that was found, leads to the same document.
+  if (const auto number = shape_number(shape.id)) {
+    outcome.document.next_shape = std::max(document.next_shape, *number + 1);
   }
   shape.name = request.name().empty() ? shape.id : request.name();
   shape.requested_degree = request.degree() == 0 ? context.limits.default_degree : request.degree();

@@ -49,7 +49,7 @@ TEST(Fit, A5A10KeepsTheFrameOfTheFirstFit) {
 TEST(Fit, A10WarnsWhenThePointsLeaveThePlaneAndRefitPlaneHelps) {
   Document document = applied({}, {create("top"), add("top", saddle_points()), fit("top")});
   std::vector<v1::Point> slope;
-  for (int i = 1; i < 60; ++i) slope.push_back(point(0.025 + 0.01 * i, 0.003 * (i % 3), 0.01 * i));
+  for (int i = 1; i < 60; ++i) slope.push_back(point(0.025 + 0.01 * i, 0.05 * (i % 5 - 2), 0.01 * i));
   document = applied(document, {add("top", slope)});
   const auto refitted = apply(document, fit("top"));
   ASSERT_TRUE(refitted.ok());

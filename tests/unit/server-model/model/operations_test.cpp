@@ -27,10 +27,10 @@ TEST(CreateDualShape, TakesIdNameAndDegree) {
 TEST(CreateDualShape, DefaultsAreDegreeTwoAndTheNextFreeId) {
   const Document document = applied({}, {create("shape-2"), create(""), create("")});
   ASSERT_EQ(document.entities.size(), 3U);
-  EXPECT_TRUE(document.find("shape-1"));
   EXPECT_TRUE(document.find("shape-3"));
-  EXPECT_EQ(document.find("shape-1")->requested_degree, 2U);
-  EXPECT_EQ(document.find("shape-1")->name, "shape-1");
+  EXPECT_TRUE(document.find("shape-4"));
+  EXPECT_EQ(document.find("shape-3")->requested_degree, 2U);
+  EXPECT_EQ(document.find("shape-3")->name, "shape-3");
 }
 
 TEST(CreateDualShape, NeverGivesAnIdTwice) {

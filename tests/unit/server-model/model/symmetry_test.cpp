@@ -2,6 +2,8 @@
 
 #include "server-model/geometry/symmetry.h"
 
+#include <Eigen/Dense>
+
 #include <limits>
 
 #include "tests/unit/server-model/model/model_helpers.h"

@@ -1,0 +1,69 @@
+#include "server-model/main/serve_command.h"
+
+#include <cstdio>
+#include <iostream>
+
+#include "common/base/config.h"
+#include "common/base/log.h"
+#include "server-model/main/exit_status.h"
+#include "server-model/session/serve.h"
+
+namespace handloft::model {
+
+namespace {
+
+constexpr const char* description =
+    "Serves one model to viewers and editors, and lets the hand that handloft-trackd follows shape it. "
+    "Prints one line "
+    "of JSON with its endpoints when it is ready. Stops on SIGTERM or SIGINT. Exit status: 0 stopped on "
+    "request, 1 an "
+    "error, 2 wrong usage.";
+
+}  // namespace
+
+int serve_command(const std::vector<std::string>& arguments) {
+  session::ServeOptions options;
+  std::string at_end = "stay";
+  std::string log_level = "info";
+  std::string read_folder = ".";
+  std::string write_folder = ".";
+  OptionTable table("handloft-modeld serve", description);
+  table.add("listen", options.listen,
+            "Where viewers and editors connect; may be repeated; none: your own model socket",
+            TextRule{.choices = {}, .value_name = "ENDPOINT"});
+  table.add("tracking", options.tracking, "Where handloft-trackd publishes; none: no hand",
+            TextRule{.choices = {}, .value_name = "ENDPOINT"});
+  table.add("script", options.script, "Script to run before anybody is served",
+            TextRule{.choices = {}, .value_name = "FILE"});
+  table.add("report", options.report, "JSON report to write at the end",
+            TextRule{.choices = {}, .value_name = "FILE"});
+  table.add("at_end", at_end, "What to do when a recording that is tracked has ended",
+            TextRule{.choices = {"stay", "exit"}, .value_name = ""});
+  table.add("read_folder", read_folder, "Where relative paths of imports start; tcp: peers cannot leave it",
+            TextRule{.choices = {}, .value_name = "DIR"});
+  table.add("write_folder", write_folder, "Where relative paths of exports start; tcp: peers cannot leave it",
+            TextRule{.choices = {}, .value_name = "DIR"});
+  table.add("log_level", log_level, "What is logged on standard error",
+            TextRule{.choices = {"trace", "debug", "info", "warning", "error", "off"}, .value_name = ""});
+  auto outcome = table.parse(arguments);
+  if (!outcome) {
+    std::fprintf(stderr, "handloft-modeld serve: %s\n", outcome.error().describe().c_str());
+    return exit_usage;
+  }
+  if (outcome->action == ParseOutcome::Action::show_text) {
+    std::fputs(outcome->text.c_str(), stdout);
+    return exit_ok;
+  }
+  const auto level = parse_log_level(log_level);
+  if (!level) {
+    std::fprintf(stderr, "handloft-modeld serve: %s\n", level.error().describe().c_str());
+    return exit_usage;
+  }
+  options.log_level = *level;
+  options.at_end = at_end == "exit" ? session::ServeOptions::AtEnd::exit : session::ServeOptions::AtEnd::stay;
+  options.files.read_folder = read_folder;
+  options.files.write_folder = write_folder;
+  return session::serve(options, std::cout);
+}
+
+}  // namespace handloft::model
