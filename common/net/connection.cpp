@@ -378,7 +378,10 @@ void ServerConnection::overflow() {
       self->overflowed_ = false;
     }
     const auto& ask = self->shared_->events.on_overflow;
-    if (ask && self->announced_ && ask(self) == OverflowAction::reseed) return;
+    if (ask && self->announced_ && ask(self) == OverflowAction::reseed) {
+      self->notify_pull();  // what is composed on demand begins anew as well
+      return;
+    }
     self->fail(make_error(ErrorCode::resource_exhausted, "too slow: more was waiting to be sent than is kept",
                           "connection"));
   });
