@@ -117,6 +117,8 @@ bool HeadFilter::start(State& state, const Measurement& measurement) const {
   const std::array<BodyView, 1> views{measurement.view};
   const auto pose = solve_body_pose(views, std::nullopt, options_.pose);
   if (!pose || pose->ambiguity_ratio < options_.min_ambiguity_ratio) return false;
+  const double tilt_variance = pose->covariance.bottomRightCorner<3, 3>().diagonal().maxCoeff();
+  if (tilt_variance > options_.max_start_tilt_rad * options_.max_start_tilt_rad) return false;
   const Counters counters = state.counters;
   state = State{};
   state.counters = counters;

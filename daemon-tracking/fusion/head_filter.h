@@ -41,6 +41,7 @@ struct HeadFilterOptions {
   double max_step_s = 0.1;              ///< As for fingertips.
   double gate_rms_sigmas = 6.0;      ///< A view whose corners after the update still miss by more is refused.
   double min_ambiguity_ratio = 2.0;  ///< A start needs the second pose to be this much worse.
+  double max_start_tilt_rad = 0.05;  ///< And a rotation that is known this well (1 sigma).
   int gated_before_reset = 5;
   Duration tracked_within = std::chrono::milliseconds(100);
   Duration predicted_within =

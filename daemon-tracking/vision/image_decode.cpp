@@ -73,7 +73,12 @@ Result<const PlanarImage*> FrameDecoder::decode(const CameraFrame& frame, Decode
           fmt::format("found {}, expected 1 (MJPEG), 2 (YUYV) or 3 (GREY)", static_cast<int>(frame.format)),
           "frame.format");
   }
-  if (!status) return status.error();
+  if (!status) {
+    // After a broken header the decompressor stays in the middle of it and would refuse every later frame
+    // too.
+    if (frame.format == PixelFormat::mjpeg) handle_ = std::make_unique<Handle>();
+    return status.error();
+  }
   return &image_;
 }
 

@@ -39,6 +39,7 @@ struct Track {
   TimePoint time;
   Box box{};
   Eigen::Vector2d velocity_px_s{0, 0};
+  bool velocity_known = false;
   int missed = 0;
 };
 
@@ -169,6 +170,7 @@ std::vector<Box> TagTracker::State::regions(const Plane& luma, TimePoint time, b
     const Eigen::Vector2d motion = track.velocity_px_s * step_s;
     const double size = std::max(track.box.x1 - track.box.x0, track.box.y1 - track.box.y0);
     const double grow = options.roi_growth * size + options.roi_margin_px + 0.5 * motion.norm() +
+                        (track.velocity_known || stands(id) ? 0.0 : options.fresh_margin_px) +
                         static_cast<double>(track.missed) * options.roi_margin_px;
     Box box{track.box.x0 + motion.x() - grow, track.box.y0 + motion.y() - grow,
             track.box.x1 + motion.x() + grow, track.box.y1 + motion.y() + grow};
@@ -208,6 +210,7 @@ void TagTracker::State::follow(const std::vector<TagDetection>& tags, TimePoint 
       const double step_s = to_seconds(time - known->second.time);
       if (step_s > 1e-4 && step_s < longest_step_s) {
         const Box& before = known->second.box;
+        track.velocity_known = true;
         track.velocity_px_s = {(box.x0 + box.x1 - before.x0 - before.x1) / (2.0 * step_s),
                                (box.y0 + box.y1 - before.y0 - before.y1) / (2.0 * step_s)};
       }

@@ -30,7 +30,8 @@ struct TagTrackerOptions {
   double search_decimation = 2.0;  ///< Of the whole-frame search only; larger loses half of all tags.
   double roi_growth =
       0.12;  ///< Region: the tag's predicted box grown by this share of its size on each side,
-  double roi_margin_px = 6.0;  ///< plus this, plus half the motion since the last detection.
+  double fresh_margin_px = 20.0;  ///< plus this while a tag was seen once only and may move in any direction,
+  double roi_margin_px = 6.0;     ///< plus this, plus half the motion since the last detection.
 };
 
 class TagTracker {
