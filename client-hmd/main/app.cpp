@@ -6,6 +6,8 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <thread>
 
@@ -117,7 +119,8 @@ class App {
     follow_daemon();
     const std::shared_ptr<const ModelState> model = model_->state();
     const RenderOptions rendering;
-    const Frame frame = compose(begin, model, window != nullptr);
+    const double scale = window == nullptr ? options_.offscreen_scale : 1.0;
+    const Frame frame = compose(begin, model, scale, window != nullptr);
     const Status drawn =
         window == nullptr ? renderer_->draw_offscreen(frame, rendering) : renderer_->draw(frame, rendering);
     if (!drawn) return drawn;
@@ -137,12 +140,12 @@ class App {
     film_connects_ = connects;
   }
 
-  Frame compose(TimePoint now, const std::shared_ptr<const ModelState>& model, bool late_warp) {
+  Frame compose(TimePoint now, const std::shared_ptr<const ModelState>& model, double scale, bool late_warp) {
     FrameRequest request;
     request.camera = camera_;
     request.orbit = orbit_;
-    request.width_px = width_px_;
-    request.height_px = height_px_;
+    request.width_px = std::max(1, static_cast<int>(std::lround(width_px_ * scale)));
+    request.height_px = std::max(1, static_cast<int>(std::lround(height_px_ * scale)));
     request.now = now;
     request.display_time = now + options_.display_latency;
     request.late_warp = late_warp;
@@ -183,7 +186,7 @@ class App {
   Result<Image> picture(TimePoint now) {
     RenderOptions rendering;
     rendering.supersampling = still_supersampling;
-    return renderer_->draw_to_image(compose(now, model_->state(), false), rendering);
+    return renderer_->draw_to_image(compose(now, model_->state(), 1.0, false), rendering);
   }
 
   Status take_screenshot(TimePoint now) {

@@ -66,6 +66,9 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
             {.min = 0, .max = 200, .value_name = "MS"});
   table.add("frame_rate", options.offscreen_rate_hz, "Frames a second without a window",
             {.min = 0.1, .max = 1000, .value_name = "HZ"});
+  table.add("offscreen_scale", options.offscreen_scale,
+            "Without a window: size of the frames before the screenshot, as a share of it",
+            {.min = 0.1, .max = 1, .value_name = "SHARE"});
   table.add("log_level", options.log_level, "How much to say",
             {.choices = {"trace", "debug", "info", "warning", "error", "off"}});
   Result<ParseOutcome> outcome = table.parse(argc, argv);

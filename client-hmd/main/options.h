@@ -32,6 +32,7 @@ struct HmdOptions {
   CameraMode camera = CameraMode::orbit;
   Duration display_latency = std::chrono::milliseconds(16);  ///< From drawing to light: one refresh at 60 Hz.
   double offscreen_rate_hz = 12.0;  ///< Drawing in software must leave the processor to tracking and modelling.
+  double offscreen_scale = 0.5;     ///< Size of frames that nobody sees, against that of the screenshot; same reason.
   std::string log_level = "info";
 };
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr float fingertip_radius_m = 0.0045F;  ///< About the size of a coloured cap.
 constexpr float ring_radius_m = 0.015F;        ///< Just wider than the most uncertain point (A2: 12.7 mm).
-constexpr float plane_half_extent_m = 0.16F;
+constexpr float plane_half_extent_m = 0.11F;
 constexpr float ribbon_width_px = 2.5F;
 
 constexpr std::string_view billboard_vertex_glsl = R"glsl(

@@ -45,6 +45,9 @@ void main() {
   corner = (vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0) * reach;
   in_eye.xy += corner;
   gl_Position = u_clip_from_eye * in_eye;
+  // Depth of the sphere's near side, so that a point that lies on a surface is not cut in half by it.
+  vec4 near_side = u_clip_from_eye * (in_eye + vec4(0.0, 0.0, min(outer, 0.5 * eye_depth), 0.0));
+  gl_Position.z = near_side.z / near_side.w * gl_Position.w;
 }
 )glsl";
 

@@ -32,6 +32,11 @@ inline double shell_height(double x, double y) {
   return 0.042 + 0.06 * x - 6.0 * x * x - 9.0 * y * y - 40.0 * x * x * x;
 }
 
+/// A quarter turn: the mouse points along y, away from the designer.
+inline Vec3f forwards(double x, double y, double z) {
+  return {static_cast<float>(y), static_cast<float>(-x), static_cast<float>(z)};
+}
+
 inline std::shared_ptr<const SurfaceMesh> shell_mesh() {
   constexpr int n = 96;
   constexpr double rx = 0.055, ry = 0.032, border = 1.953;  // A23: opacity 1/255 at f = 1.953
@@ -44,9 +49,7 @@ inline std::shared_ptr<const SurfaceMesh> shell_mesh() {
       const double length = std::sqrt(dzdx * dzdx + dzdy * dzdy + 1.0);
       const double f = s * s + t * t;  // superellipse of exponent 2
       const double opacity = std::exp(-std::pow(f, 6.0) / 10.0);
-      mesh->vertices.push_back({{static_cast<float>(x), static_cast<float>(y), static_cast<float>(shell_height(x, y))},
-                                {static_cast<float>(-dzdx / length), static_cast<float>(-dzdy / length),
-                                 static_cast<float>(1.0 / length)},
+      mesh->vertices.push_back({forwards(x, y, shell_height(x, y)), forwards(-dzdx / length, -dzdy / length, 1.0 / length),
                                 static_cast<float>(opacity)});
     }
   }
@@ -70,8 +73,7 @@ inline std::shared_ptr<const PointSet> stroke_points() {
       // Pressure swells and fades along the stroke, and the hand trembles.
       const double swell = std::sin(3.14159265 * i / 39.0);
       const double tremble = 0.0015 * std::sin(1.7 * i + 2.1 * stroke);
-      set->points.push_back({{static_cast<float>(x), static_cast<float>(y + tremble),
-                              static_cast<float>(shell_height(x, y) + 0.002 + tremble)},
+      set->points.push_back({forwards(x, y + tremble, shell_height(x, y) + 0.002 + tremble),
                              static_cast<std::uint32_t>(swell * (levels - 1))});
     }
   }

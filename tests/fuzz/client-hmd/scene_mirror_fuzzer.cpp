@@ -1,0 +1,62 @@
+// Bytes as a SceneSnapshot and SceneDeltas into the mirror: never a crash, never an index or number that is not valid.
+// The first byte of each piece says how long it is (in units of 16 bytes); the first piece is the snapshot.
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "client-hmd/mirror/scene_mirror.h"
+
+namespace {
+
+using handloft::client::Entity;
+using handloft::client::SceneMirror;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+void check(const SceneMirror& mirror) {
+  for (const auto& [id, entity] : mirror.scene()->entities) {
+    if (entity->points != nullptr) {
+      require(entity->settled_points <= entity->points->points.size());
+      for (const auto& point : entity->points->points) {
+        require(point.style < entity->points->styles.size());
+        require(std::isfinite(point.position.x) && std::isfinite(point.position.y) && std::isfinite(point.position.z));
+      }
+    }
+    if (entity->surface != nullptr) {
+      for (const std::uint32_t index : entity->surface->indices) require(index < entity->surface->vertices.size());
+      for (const auto& vertex : entity->surface->vertices) {
+        require(std::isfinite(vertex.position.x) && std::isfinite(vertex.normal.z));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  handloft::client::MirrorLimits limits;
+  limits.max_points = 10'000;
+  limits.max_vertices = 10'000;
+  SceneMirror mirror(limits);
+  bool first = true;
+  while (size > 0) {
+    const std::size_t length = std::min<std::size_t>(std::size_t{data[0]} * 16, size - 1);
+    const int bytes = static_cast<int>(length);
+    if (first) {
+      handloft::v1::SceneSnapshot snapshot;
+      if (snapshot.ParseFromArray(data + 1, bytes)) (void)mirror.apply(snapshot).ok();
+    } else {
+      handloft::v1::SceneDelta delta;
+      if (delta.ParseFromArray(data + 1, bytes)) (void)mirror.apply(delta).ok();
+    }
+    first = false;
+    check(mirror);
+    data += 1 + length;
+    size -= 1 + length;
+  }
+  return 0;
+}

@@ -1,0 +1,216 @@
+// Pictures from the real renderer on EGL, mostly with Mesa's software driver: against a golden one, against each other,
+// and against the mathematics of the camera.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+
+#include "client-hmd/hud/hud.h"
+#include "client-hmd/render/offscreen_context.h"
+#include "client-hmd/render/renderer.h"
+#include "client-hmd/view/orbit_camera.h"
+#include "tests/integration/client-hmd/synthetic_scene.h"
+
+namespace handloft::client {
+namespace {
+
+class Rendering : public testing::Test {
+ protected:
+  void SetUp() override {
+    Result<std::unique_ptr<OffscreenContext>> context = OffscreenContext::create();
+    ASSERT_TRUE(context.ok()) << context.error().describe();
+    context_ = std::move(*context);
+    Result<std::unique_ptr<Renderer>> renderer = Renderer::create();
+    ASSERT_TRUE(renderer.ok()) << renderer.error().describe();
+    renderer_ = std::move(*renderer);
+  }
+  void TearDown() override {
+    renderer_.reset();
+    context_.reset();
+  }
+
+  Image draw(const Frame& frame, const RenderOptions& options = {}) {
+    Result<Image> image = renderer_->draw_to_image(frame, options);
+    EXPECT_TRUE(image.ok()) << image.error().describe();
+    return image.ok() ? *image : Image{};
+  }
+
+  static Frame frame_of(std::shared_ptr<const Scene> scene, int width = 480, int height = 270) {
+    Frame frame;
+    frame.scene = std::move(scene);
+    frame.eye = OrbitCamera().eye(width, height);
+    return frame;
+  }
+
+  std::unique_ptr<OffscreenContext> context_;
+  std::unique_ptr<Renderer> renderer_;
+};
+
+/// Mean position of the pixels for which `is_marked` holds, top left pixel's centre at (0, 0).
+glm::dvec2 centroid(const Image& image, const std::function<bool(const std::uint8_t*)>& is_marked) {
+  glm::dvec2 sum(0.0);
+  int count = 0;
+  for (int y = 0; y < image.height_px; ++y) {
+    for (int x = 0; x < image.width_px; ++x) {
+      if (!is_marked(&image.rgba[4 * static_cast<std::size_t>(y * image.width_px + x)])) continue;
+      sum += glm::dvec2(x, y);
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 0);
+  return sum / static_cast<double>(std::max(count, 1));
+}
+
+bool is_red(const std::uint8_t* p) { return p[0] > 120 && p[1] < 90 && p[2] < 90; }
+bool is_green(const std::uint8_t* p) { return p[1] > 120 && p[0] < 100 && p[2] < 100; }
+
+TEST_F(Rendering, MatchesTheGoldenPicture) {
+  constexpr const char* golden_path = "tests/data/golden/client_scene.png";
+  Frame frame = frame_of(test::synthetic_scene());
+  frame.fingers = {{{0.03F, -0.05F, 0.07F}, {0.7F, 0.06F, 0.05F}, 1.0F}, {{0.0F, -0.06F, 0.07F}, {0.1F, 0.5F, 0.1F}, 0.5F}};
+  frame.pressure = PressureMark{{0.015F, -0.055F, 0.07F}, 0.6F, true};
+  frame.touched = PaletteCommand::fit;
+  RenderOptions still;
+  still.supersampling = 2;
+  const Image picture = draw(frame, still);
+  if (std::getenv("HANDLOFT_UPDATE_GOLDEN") != nullptr) {
+    ASSERT_TRUE(write_png(golden_path, picture).ok());
+    GTEST_SKIP() << "wrote " << golden_path << "; look at it before it is committed";
+  }
+  const Result<Image> golden = read_png(golden_path);
+  ASSERT_TRUE(golden.ok()) << golden.error().describe();
+  // Measured between Mesa versions: anti-aliased edges differ by a few levels.
+  const double difference = *mean_absolute_difference(picture, *golden);
+  const double similarity = *structural_similarity(picture, *golden);
+  if (difference > 1.5 || similarity < 0.98) (void)write_png("build/client_scene_failed.png", picture);
+  EXPECT_LT(difference, 1.5);
+  EXPECT_GT(similarity, 0.98);
+}
+
+TEST_F(Rendering, ShowsEveryChangeOfTheScene) {
+  const Image both = draw(frame_of(test::synthetic_scene()));
+  const Image again = draw(frame_of(test::synthetic_scene()));
+  EXPECT_EQ(both.rgba, again.rgba) << "the same scene is the same picture, to the bit";
+  const Image surface = draw(frame_of(test::synthetic_scene(Representation::surface)));
+  const Image points = draw(frame_of(test::synthetic_scene(Representation::points)));
+  const Image empty = draw(frame_of(nullptr));
+  EXPECT_GT(*mean_absolute_difference(both, surface), 0.1);
+  EXPECT_GT(*mean_absolute_difference(both, points), 0.5);
+  EXPECT_GT(*mean_absolute_difference(points, empty), 0.3);
+  EXPECT_EQ(draw(frame_of(test::synthetic_scene())).rgba, both.rgba) << "nothing of the others stays behind";
+
+  Frame touched = frame_of(nullptr);
+  touched.touched = PaletteCommand::redo;
+  EXPECT_GT(*mean_absolute_difference(draw(touched), empty), 0.02);
+}
+
+TEST_F(Rendering, WeightedBlendingIsCloseToDepthPeeling_V2) {
+  RenderOptions peeled;
+  peeled.transparency = Transparency::depth_peeling;
+  for (const Representation representation : {Representation::points, Representation::both}) {
+    const Frame frame = frame_of(test::synthetic_scene(representation));
+    const Image reference = draw(frame, peeled);
+    const Image blended = draw(frame);
+    const double difference = *mean_absolute_difference(blended, reference);
+    const double similarity = *structural_similarity(blended, reference);
+    RecordProperty("mean_absolute_difference", std::to_string(difference));
+    RecordProperty("structural_similarity", std::to_string(similarity));
+    EXPECT_LT(difference, 1.0);
+    EXPECT_GT(similarity, 0.98);
+    EXPECT_GT(difference, 0.0) << "two ways, or the comparison is void";
+  }
+}
+
+TEST_F(Rendering, BlendingDoesNotDependOnTheOrderOfPoints_V2) {
+  auto scene = std::make_shared<Scene>(*test::synthetic_scene(Representation::points));
+  auto entity = std::make_shared<Entity>(*scene->entities.at("top"));
+  auto reversed = std::make_shared<PointSet>(*entity->points);
+  std::reverse(reversed->points.begin(), reversed->points.end());
+  entity->points = reversed;
+  scene->entities["top"] = entity;
+  const Image one = draw(frame_of(test::synthetic_scene(Representation::points)));
+  const Image other = draw(frame_of(scene));
+  EXPECT_LT(*mean_absolute_difference(one, other), 0.02) << "half floats round a little";
+}
+
+TEST_F(Rendering, OnePointHasTheOpacityOfItsShells_A3) {
+  // A single large point in front of the backdrop: its middle must be as opaque as the staircase says.
+  auto scene = std::make_shared<Scene>();
+  auto entity = std::make_shared<Entity>();
+  auto set = std::make_shared<PointSet>();
+  set->styles = {test::fuzzy_style(0.6)};
+  set->styles[0].shell_alpha = {0.5F, 0.0F, 0.0F, 0.0F, 0.0F};  // One shell, so that the whole disc is alike.
+  set->points = {{{0.075F, -0.012F, 0.2F}, 0}};
+  entity->id = "p";
+  entity->points = set;
+  entity->settled_points = 1;
+  scene->entities["p"] = entity;
+  Frame frame = frame_of(scene, 320, 240);
+  OrbitCamera camera;
+  camera.target = {0.075, -0.012, 0.2};
+  camera.distance_m = 0.1;
+  frame.eye = camera.eye(320, 240);
+  const Image with = draw(frame);
+  frame.scene = nullptr;
+  const Image without = draw(frame);
+  const std::size_t middle = 4 * (120 * 320 + 160);
+  const auto linear = [](std::uint8_t v) { return std::pow((v / 255.0 + 0.055) / 1.055, 2.4); };
+  // ink = (0.012, 0.055, 0.17) at 50 % over what was there.
+  EXPECT_NEAR(linear(with.rgba[middle]), 0.5 * linear(without.rgba[middle]) + 0.5 * 0.012, 0.02);
+  EXPECT_NEAR(linear(with.rgba[middle + 2]), 0.5 * linear(without.rgba[middle + 2]) + 0.5 * 0.17, 0.02);
+}
+
+TEST_F(Rendering, DrawsAMarkerOnItsFilmedImage_V1) {
+  // A camera with distortion films a small red disc; a green fingertip stands at the same place in space.
+  Pinhole camera;
+  camera.width_px = 640;
+  camera.height_px = 480;
+  camera.fx_px = camera.fy_px = 590.0;
+  camera.cx_px = 320.6;
+  camera.cy_px = 238.7;
+  camera.distortion = {-0.118, 0.037, 0.0003, 0.0002, 0.0};
+  const RigidPose world_from_camera{{0.02, -0.45, 0.40},
+                                    glm::angleAxis(-2.3, glm::normalize(glm::dvec3(1.0, 0.03, -0.02)))};
+  for (const glm::dvec3 in_camera : {glm::dvec3(0.0, 0.0, 0.5), glm::dvec3(0.15, 0.08, 0.5), glm::dvec3(-0.15, 0.02, 0.45)}) {
+    auto film = std::make_shared<Image>(Image{640, 480, std::vector<std::uint8_t>(4 * 640 * 480, 0)});
+    const glm::dvec2 seen = project(camera, in_camera);
+    for (int y = 0; y < 480; ++y) {
+      for (int x = 0; x < 640; ++x) {
+        if (glm::distance(seen, glm::dvec2(x, y)) <= 4.0) {
+          film->rgba[4 * static_cast<std::size_t>(y * 640 + x)] = 255;
+        }
+      }
+    }
+    Frame frame;
+    frame.eye.world_from_eye = eye_from_camera_axes(world_from_camera);
+    frame.eye.pinhole = covering_pinhole(camera, 960, 540);
+    static std::uint64_t serial = 0;
+    frame.film = FilmedPicture{film, ++serial, camera};
+    const glm::dvec2 filmed = centroid(draw(frame), is_red);
+
+    const glm::dvec3 world = world_from_camera.position + world_from_camera.orientation * in_camera;
+    frame.film->image = std::make_shared<Image>(Image{640, 480, std::vector<std::uint8_t>(4 * 640 * 480, 0)});
+    frame.film->serial = ++serial;
+    frame.fingers = {{glm::vec3(world), {0.05F, 0.75F, 0.05F}, 1.0F}};
+    const glm::dvec2 drawn = centroid(draw(frame), is_green);
+    EXPECT_LT(glm::distance(filmed, drawn), 1.0) << filmed.x << "," << filmed.y << " " << drawn.x << "," << drawn.y;
+  }
+}
+
+TEST_F(Rendering, RefusesImpossiblePictures) {
+  Frame frame = frame_of(nullptr);
+  frame.eye.pinhole.width_px = 0;
+  EXPECT_FALSE(renderer_->draw_to_image(frame, {}).ok());
+  Frame huge = frame_of(nullptr, 16384, 16384);
+  RenderOptions four;
+  four.supersampling = 4;
+  const Result<Image> refused = renderer_->draw_to_image(huge, four);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::resource_exhausted);
+  EXPECT_EQ(draw(frame_of(nullptr)).width_px, 480) << "and goes on";
+}
+
+}  // namespace
+}  // namespace handloft::client

@@ -1,0 +1,61 @@
+#include "client-hmd/main/options.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "client-hmd/main/report.h"
+
+namespace handloft::client {
+namespace {
+
+Result<ParsedOptions> parse(std::vector<const char*> words) {
+  words.insert(words.begin(), "handloft-hmd");
+  return parse_options(static_cast<int>(words.size()), words.data());
+}
+
+TEST(Options, ReadWhatTheDemonstrationAsksFor) {
+  const auto parsed = parse({"--model", "unix:/tmp/m.sock", "--tracking", "unix:/tmp/t.sock", "--offscreen", "--size",
+                             "960x540", "--camera", "head", "--screenshot", "view.png", "--screenshot-when", "frames:30",
+                             "--report", "r.json", "--display-latency", "11"});
+  ASSERT_TRUE(parsed.ok()) << parsed.error().describe();
+  const HmdOptions& options = parsed->options;
+  EXPECT_EQ(options.model->path, "/tmp/m.sock");
+  EXPECT_EQ(options.tracking->path, "/tmp/t.sock");
+  EXPECT_TRUE(options.offscreen);
+  EXPECT_EQ(options.width_px, 960);
+  EXPECT_EQ(options.height_px, 540);
+  EXPECT_EQ(options.camera, CameraMode::head);
+  EXPECT_EQ(options.screenshot_time, ScreenshotTime::frames);
+  EXPECT_EQ(options.screenshot_frames, 30U);
+  EXPECT_EQ(options.display_latency, std::chrono::milliseconds(11));
+}
+
+TEST(Options, RefuseNonsenseNamingTheOption) {
+  const auto field = [](std::vector<const char*> words) {
+    const auto parsed = parse(std::move(words));
+    return parsed.ok() ? std::string("accepted") : parsed.error().field;
+  };
+  EXPECT_EQ(field({"--size", "big"}), "size");
+  EXPECT_EQ(field({"--size", "0x0"}), "size");
+  EXPECT_EQ(field({"--size", "99999x2"}), "size");
+  EXPECT_EQ(field({"--screenshot-when", "frames:0"}), "screenshot_when");
+  EXPECT_EQ(field({"--screenshot-when", "soon"}), "screenshot_when");
+  EXPECT_EQ(field({"--model", "carrier-pigeon:home"}), "model");
+  EXPECT_EQ(field({"--once"}), "once");
+  EXPECT_FALSE(parse({"--camera", "ceiling"}).ok());
+}
+
+TEST(Report, NamesTheFiguresThatTheSummaryReads) {
+  RunFigures figures;
+  figures.model.capture_to_receipt.add(std::chrono::milliseconds(10));
+  figures.model.connects = 3;
+  const std::string json = report_json(figures);
+  for (const char* key : {"\"frames\"", "\"frame_ms\"", "\"capture_to_client_ms\"", "\"capture_to_presentation_ms\"",
+                          "\"median\"", "\"p99\"", "\"reconnects\": 2"}) {
+    EXPECT_NE(json.find(key), std::string::npos) << key << " in " << json;
+  }
+}
+
+}  // namespace
+}  // namespace handloft::client

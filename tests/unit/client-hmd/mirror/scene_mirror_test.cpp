@@ -1,0 +1,225 @@
+#include "client-hmd/mirror/scene_mirror.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+
+#include "tests/unit/client-hmd/mirror/scene_messages.h"
+
+namespace handloft::client {
+namespace {
+
+using test::cloud;
+using test::delta;
+using test::snapshot;
+
+const Entity& top(const SceneMirror& mirror) { return *mirror.scene()->entities.at("top"); }
+
+TEST(SceneMirror, HoldsASnapshot) {
+  SceneMirror mirror;
+  ASSERT_TRUE(mirror.apply(snapshot()).ok());
+  const Entity& entity = top(mirror);
+  EXPECT_EQ(entity.name, "Top");
+  ASSERT_EQ(entity.points->points.size(), 3U);
+  EXPECT_NEAR(entity.points->points[2].position.x, 0.002F, 1e-6F);
+  ASSERT_EQ(entity.points->styles.size(), 1U);
+  EXPECT_FLOAT_EQ(entity.points->styles[0].shell_alpha[4], 0.20F);
+  ASSERT_EQ(entity.surface->indices.size(), 3U);
+  EXPECT_NEAR(entity.surface->vertices[entity.surface->indices[0]].opacity, 1.0F, 0.51F);
+  EXPECT_EQ(mirror.scene()->history.undo_steps, 1U);
+  EXPECT_EQ(mirror.statistics().applied, 1U);
+}
+
+TEST(SceneMirror, AppendsATailAndKeepsWhatIsAbsent) {
+  SceneMirror mirror;
+  ASSERT_TRUE(mirror.apply(snapshot()).ok());
+  const std::shared_ptr<const SurfaceMesh> surface = top(mirror).surface;
+  v1::SceneDelta message = delta();
+  *message.mutable_changed(0)->mutable_points() = cloud(3, 2, 0.9);
+  message.mutable_changed(0)->set_provisional(true);
+  ASSERT_TRUE(mirror.apply(message).ok());
+  EXPECT_EQ(top(mirror).points->points.size(), 5U);
+  EXPECT_EQ(top(mirror).settled_points, 3U) << "two of them are a gesture in the air";
+  EXPECT_EQ(top(mirror).surface, surface) << "absent means unchanged, and is shared";
+
+  v1::SceneDelta settled = delta(3, 3);
+  ASSERT_TRUE(mirror.apply(settled).ok());
+  EXPECT_EQ(top(mirror).settled_points, 5U);
+}
+
+TEST(SceneMirror, ReplacesTheTailOfACancelledGesture) {
+  SceneMirror mirror;
+  ASSERT_TRUE(mirror.apply(snapshot(5)).ok());
+  v1::SceneDelta message = delta();
+  *message.mutable_changed(0)->mutable_points() = cloud(3, 0);
+  ASSERT_TRUE(mirror.apply(message).ok());
+  EXPECT_EQ(top(mirror).points->points.size(), 3U);
+}
+
+TEST(SceneMirror, DropsASurfaceThatIsNoLongerShownAndRemovesEntities) {
+  SceneMirror mirror;
+  ASSERT_TRUE(mirror.apply(snapshot()).ok());
+  v1::SceneDelta message = delta();
+  message.mutable_changed(0)->set_surface_shown(false);
+  ASSERT_TRUE(mirror.apply(message).ok());
+  EXPECT_EQ(top(mirror).surface, nullptr);
+  EXPECT_FALSE(top(mirror).shows_surface());
+
+  v1::SceneDelta removal;
+  removal.set_epoch(7);
+  removal.set_sequence(3);
+  removal.add_removed("top");
+  removal.add_removed("never there");
+  ASSERT_TRUE(mirror.apply(removal).ok());
+  EXPECT_TRUE(mirror.scene()->entities.empty());
+}
+
+TEST(SceneMirror, HandsOutValuesThatLaterMessagesDoNotTouch) {
+  SceneMirror mirror;
+  ASSERT_TRUE(mirror.apply(snapshot()).ok());
+  const std::shared_ptr<const Scene> before = mirror.scene();
+  v1::SceneDelta message = delta();
+  *message.mutable_changed(0)->mutable_points() = cloud(3, 1);
+  ASSERT_TRUE(mirror.apply(message).ok());
+  EXPECT_EQ(before->entities.at("top")->points->points.size(), 3U);
+}
+
+TEST(SceneMirror, PassesOverStatesOlderThanWhatItHolds) {
+  SceneMirror mirror;
+  ASSERT_TRUE(mirror.apply(snapshot()).ok());
+  v1::SceneDelta newer = delta(5);
+  ASSERT_TRUE(mirror.apply(newer).ok());
+  v1::SceneDelta older = delta(4);
+  older.mutable_changed(0)->set_name("old");
+  ASSERT_TRUE(mirror.apply(older).ok());
+  EXPECT_NE(top(mirror).name, "old");
+  EXPECT_EQ(mirror.statistics().stale_entities, 1U);
+}
+
+TEST(SceneMirror, RefusesADeltaWithoutASnapshotOrOfAnotherEpoch) {
+  SceneMirror mirror;
+  Status early = mirror.apply(delta());
+  ASSERT_FALSE(early.ok());
+  EXPECT_EQ(early.error().code, ErrorCode::failed_precondition);
+  ASSERT_TRUE(mirror.apply(snapshot()).ok());
+  v1::SceneDelta other = delta();
+  other.set_epoch(8);
+  EXPECT_FALSE(mirror.apply(other).ok());
+  v1::SceneDelta backwards = delta();
+  backwards.set_sequence(0);
+  EXPECT_FALSE(mirror.apply(backwards).ok());
+  EXPECT_EQ(mirror.statistics().refused, 3U);
+}
+
+/// Every way to spoil a good delta that we could think of.
+struct Spoiler {
+  const char* name;
+  void (*spoil)(v1::EntityState&);
+};
+
+class HostileDelta : public testing::TestWithParam<Spoiler> {};
+
+TEST_P(HostileDelta, IsRefusedWholeAndLeavesTheSceneAsItWas) {
+  MirrorLimits limits;
+  limits.max_points = 100;
+  SceneMirror mirror(limits);
+  ASSERT_TRUE(mirror.apply(snapshot()).ok());
+  const std::shared_ptr<const Scene> before = mirror.scene();
+  v1::SceneDelta message = delta();
+  *message.mutable_changed(0)->mutable_points() = cloud(3, 2);
+  // A good entity before the bad one must not get in either.
+  v1::EntityState good = message.changed(0);
+  good.set_id("good");
+  *good.mutable_points() = cloud(0, 2);
+  *message.add_changed() = good;
+  message.mutable_changed()->SwapElements(0, 1);
+  ASSERT_TRUE(SceneMirror(mirror).apply(message).ok()) << "unspoiled, it is fine";
+
+  GetParam().spoil(*message.mutable_changed(1));
+  const Status refused = mirror.apply(message);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().field.find("changed[1]"), std::string::npos) << refused.error().describe();
+  EXPECT_EQ(mirror.scene(), before);
+  EXPECT_EQ(mirror.statistics().refused, 1U);
+}
+
+constexpr float nan_f = std::numeric_limits<float>::quiet_NaN();
+
+INSTANTIATE_TEST_SUITE_P(
+    Ways, HostileDelta,
+    testing::Values(
+        Spoiler{"NoId", [](v1::EntityState& s) { s.clear_id(); }},
+        Spoiler{"LongId", [](v1::EntityState& s) { s.set_id(std::string(10'000, 'x')); }},
+        Spoiler{"LongName", [](v1::EntityState& s) { s.set_name(std::string(10'000, 'x')); }},
+        Spoiler{"Representation", [](v1::EntityState& s) { s.set_representation(static_cast<v1::Representation>(99)); }},
+        Spoiler{"TailBeyondWhatIsHeld", [](v1::EntityState& s) { *s.mutable_points() = cloud(50, 1); }},
+        Spoiler{"TooManyPoints", [](v1::EntityState& s) { *s.mutable_points() = cloud(0, 101); }},
+        Spoiler{"HugeTotal", [](v1::EntityState& s) { s.mutable_points()->set_total(4'000'000'000U); }},
+        Spoiler{"ShortPositions", [](v1::EntityState& s) { s.mutable_points()->mutable_positions()->resize(7); }},
+        Spoiler{"StyleBeyondPalette", [](v1::EntityState& s) { s.mutable_points()->clear_palette(); }},
+        Spoiler{"NanOrigin", [](v1::EntityState& s) { s.mutable_points()->mutable_origin()->set_x(nan_f); }},
+        Spoiler{"InfiniteStep",
+                [](v1::EntityState& s) { s.mutable_points()->set_step_m(std::numeric_limits<double>::infinity()); }},
+        Spoiler{"NanRadius",
+                [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->set_shell_radius_m(0, nan_f); }},
+        Spoiler{"HugeRadius", [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->set_radius_m(50.0F); }},
+        Spoiler{"AlphaAboveOne",
+                [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->set_shell_alpha(2, 1.5F); }},
+        Spoiler{"FourShells",
+                [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->mutable_shell_alpha()->RemoveLast(); }},
+        Spoiler{"BrokenMesh",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.mutable_surface()->set_positions("nonsense");
+                }},
+        Spoiler{"HugeMesh",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.mutable_surface()->set_vertex_count(4'000'000'000U);
+                }},
+        Spoiler{"BadIndices",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.mutable_surface()->set_vertex_count(2);
+                }},
+        Spoiler{"CurveOfSevenBytes", [](v1::EntityState& s) { s.add_curves()->set_points("1234567"); }},
+        Spoiler{"CurveOfNan",
+                [](v1::EntityState& s) {
+                  const float bad[3] = {0.0F, nan_f, 0.0F};
+                  s.add_curves()->set_points(bad, sizeof(bad));
+                }},
+        Spoiler{"NanResidual", [](v1::EntityState& s) { s.set_residual_rms_m(nan_f); }}),
+    [](const testing::TestParamInfo<Spoiler>& way) { return way.param.name; });
+
+TEST(SceneMirror, RefusesASnapshotWithAnEntityTwiceOrTooMany) {
+  SceneMirror mirror;
+  v1::SceneSnapshot twice = snapshot();
+  *twice.add_entities() = twice.entities(0);
+  EXPECT_FALSE(mirror.apply(twice).ok());
+
+  MirrorLimits limits;
+  limits.max_entities = 4;
+  SceneMirror small(limits);
+  v1::SceneSnapshot many;
+  for (int i = 0; i < 5; ++i) many.add_entities()->set_id("e" + std::to_string(i));
+  const Status refused = small.apply(many);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::resource_exhausted);
+  EXPECT_TRUE(small.scene()->entities.empty());
+}
+
+TEST(SceneMirror, StylesOfManyTailsAreUnitedNotRepeated) {
+  SceneMirror mirror;
+  ASSERT_TRUE(mirror.apply(snapshot()).ok());
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    v1::SceneDelta message = delta(2 + i, 2 + i);
+    *message.mutable_changed(0)->mutable_points() = cloud(3 + i, 1);
+    ASSERT_TRUE(mirror.apply(message).ok());
+  }
+  EXPECT_EQ(top(mirror).points->points.size(), 23U);
+  EXPECT_EQ(top(mirror).points->styles.size(), 1U);
+}
+
+}  // namespace
+}  // namespace handloft::client
