@@ -137,6 +137,12 @@ Document Model::preview() const {
       }
     }
     for (const std::string& entity : changes.removed) document.entities.erase(entity);
+    if (!changes.created.empty()) {
+      auto used = std::make_shared<Document::Ids>(*document.used_ids);
+      used->insert(gesture.result().used_ids->begin(), gesture.result().used_ids->end());
+      document.used_ids = std::move(used);
+      document.next_shape = std::max(document.next_shape, gesture.result().next_shape);
+    }
   }
   return document;
 }
