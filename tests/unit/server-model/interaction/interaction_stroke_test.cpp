@@ -7,7 +7,7 @@
 
 #include "server-model/interaction/interaction.h"
 #include "server-model/model/canonical.h"
-#include "tests/unit/server-model/interaction/hand_script.h"
+#include "tests/support/hand_script.h"
 
 namespace handloft::interaction {
 namespace {

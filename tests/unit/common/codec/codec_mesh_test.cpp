@@ -1,0 +1,153 @@
+// Meshes on the wire: quantisation, and that a hostile message is refused by name.
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+
+#include "common/codec/mesh_codec.h"
+
+namespace handloft::codec {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A saddle over a square of 8 x 8 vertices.
+MeshData saddle() {
+  MeshData mesh;
+  constexpr int side = 8;
+  for (int j = 0; j < side; ++j) {
+    for (int i = 0; i < side; ++i) {
+      const float x = 0.01F * static_cast<float>(i) - 0.03F;
+      const float y = 0.01F * static_cast<float>(j) + 0.2F;
+      mesh.positions.push_back({x, y, x * y});
+      const float length = std::sqrt(1.0F + x * x + y * y);
+      mesh.normals.push_back({-y / length, -x / length, 1.0F / length});
+      mesh.opacity.push_back(static_cast<std::uint8_t>(4 * (i + j * side)));
+    }
+  }
+  for (std::uint32_t j = 0; j + 1 < side; ++j) {
+    for (std::uint32_t i = 0; i + 1 < side; ++i) {
+      const std::uint32_t a = i + j * side;
+      for (const std::uint32_t index : {a, a + 1, a + side, a + 1, a + side + 1, a + side})
+        mesh.indices.push_back(index);
+    }
+  }
+  return mesh;
+}
+
+v1::Mesh packed() {
+  return *encode_mesh(saddle());
+}
+
+TEST(MeshCodecTest, positions_come_back_within_half_a_step_and_the_rest_as_it_was) {
+  const MeshData mesh = saddle();
+  const auto message = encode_mesh(mesh);
+  ASSERT_TRUE(message.ok());
+  EXPECT_NEAR(message->step_m(), 0.07 / 65535.0, 1e-9);  // the longest side of the box in 16 bits
+  const auto back = decode_mesh(*message);
+  ASSERT_TRUE(back.ok()) << back.error().describe();
+  ASSERT_EQ(back->positions.size(), mesh.positions.size());
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(back->positions[i][axis], mesh.positions[i][axis], 0.5 * message->step_m() + 3e-8);
+    }
+    double cosine = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      cosine += static_cast<double>(back->normals[i][axis]) * static_cast<double>(mesh.normals[i][axis]);
+    }
+    EXPECT_GT(cosine, std::cos(1.0 * M_PI / 180.0));
+  }
+  EXPECT_EQ(back->opacity, mesh.opacity);
+  ASSERT_EQ(back->indices.size(), mesh.indices.size());
+  for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {  // corners may be rotated, the winding not
+    const std::uint32_t* before = &mesh.indices[t];
+    const std::uint32_t* after = &back->indices[t];
+    bool rotated = false;
+    for (int r = 0; r < 3; ++r) {
+      rotated |= after[0] == before[r] && after[1] == before[(r + 1) % 3] && after[2] == before[(r + 2) % 3];
+    }
+    EXPECT_TRUE(rotated) << "triangle " << t / 3;
+  }
+}
+
+TEST(MeshCodecTest, is_smaller_than_the_numbers) {
+  const MeshData mesh = saddle();
+  EXPECT_LT(packed().ByteSizeLong(), mesh.positions.size() * 24 / 2);
+}
+
+TEST(MeshCodecTest, octahedral_axes_are_exact_and_zero_is_up) {
+  for (const std::array<float, 3>& axis :
+       {std::array<float, 3>{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}) {
+    const auto [x, y] = encode_octahedral(axis);
+    const auto back = decode_octahedral(x, y);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(back[i], axis[i], 1e-6);
+  }
+  EXPECT_EQ(encode_octahedral({0, 0, 0}), (std::array<std::int8_t, 2>{0, 0}));
+}
+
+TEST(MeshCodecTest, an_empty_mesh_and_a_single_point_pass) {
+  const auto nothing = decode_mesh(*encode_mesh({}));
+  ASSERT_TRUE(nothing.ok());
+  EXPECT_TRUE(nothing->positions.empty());
+  const auto point = decode_mesh(*encode_mesh({{{1, 2, 3}}, {{0, 0, 1}}, {200}, {}}));
+  ASSERT_TRUE(point.ok()) << point.error().describe();
+  EXPECT_EQ(point->positions[0], (std::array<float, 3>{1, 2, 3}));
+}
+
+TEST(MeshCodecTest, the_encoder_names_what_is_wrong) {
+  MeshData mesh = saddle();
+  mesh.positions[3][1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(encode_mesh(mesh).error().field, "positions[3][1]");
+  mesh = saddle();
+  mesh.indices[4] = 64;
+  EXPECT_EQ(encode_mesh(mesh).error().field, "indices[4]");
+  mesh = saddle();
+  mesh.indices.pop_back();
+  EXPECT_EQ(encode_mesh(mesh).error().field, "indices");
+  mesh = saddle();
+  mesh.normals.pop_back();
+  EXPECT_EQ(encode_mesh(mesh).error().field, "normals");
+  EXPECT_EQ(encode_mesh(saddle(), {.max_vertices = 63}).error().code, ErrorCode::resource_exhausted);
+}
+
+TEST(MeshCodecTest, the_decoder_names_what_is_wrong) {
+  const auto field = [](const v1::Mesh& message) {
+    const auto result = decode_mesh(message);
+    return result.ok() ? std::string("accepted") : result.error().field;
+  };
+  v1::Mesh message = packed();
+  ASSERT_EQ(field(message), "accepted");
+  message.set_vertex_count(0xffffffffU);
+  EXPECT_EQ(field(message), "vertex_count");
+  message = packed();
+  message.set_vertex_count(1U << 19);  // within the limit, but without the bytes
+  EXPECT_EQ(field(message), "opacity");
+  message = packed();
+  message.set_index_count(3U << 20);
+  EXPECT_EQ(field(message), "indices");
+  message = packed();
+  message.set_index_count(7);
+  EXPECT_EQ(field(message), "index_count");
+  message = packed();
+  message.mutable_positions()->resize(10);
+  EXPECT_EQ(field(message), "positions");
+  message = packed();
+  message.set_normals("\xa0");
+  EXPECT_EQ(field(message), "normals");
+  message = packed();
+  message.set_step_m(-1.0);
+  EXPECT_EQ(field(message), "step_m");
+  message = packed();
+  message.mutable_origin()->set_z(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(field(message), "origin.z");
+  v1::Mesh fewer = *encode_mesh(
+      {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}, {9, 9, 9}, {0, 1, 2}});
+  message = packed();
+  fewer.set_index_count(message.index_count());
+  fewer.set_indices(message.indices());  // triangles of a larger mesh
+  EXPECT_THAT(field(fewer), HasSubstr("indices["));
+}
+
+}  // namespace
+}  // namespace handloft::codec
