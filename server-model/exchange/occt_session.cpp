@@ -40,3 +40,11 @@ Status guarded(const char* doing, const std::function<Status()>& work) {
 }
 
 }  // namespace handloft::exchange::detail
+
+#ifdef __SANITIZE_ADDRESS__
+/// The library keeps its registries and some translation objects until the process ends; not ours to free.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:libTKernel\nleak:libTKXSBase\nleak:libTKSTEP\n";
+}
+#endif
