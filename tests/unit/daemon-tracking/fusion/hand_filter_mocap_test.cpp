@@ -16,7 +16,9 @@ namespace {
 constexpr const char* recording = "mocap/recording.tsv";
 constexpr double noise_px = 0.5;  // T7
 
-double seconds_of(TimePoint time) { return to_seconds(time - test::mocap_start); }
+double seconds_of(TimePoint time) {
+  return to_seconds(time - test::mocap_start);
+}
 
 struct RootMeanSquare {
   double sum = 0.0;
@@ -69,7 +71,8 @@ Measured run(const test::MocapHand& hand, int cameras, double delay_s) {
       }
       const auto before = hand.tip(finger, now_s - delay_s);
       if (before && now_s > 0.5) {
-        const TipAt tip = filter->at(finger, observation.capture_time - from_seconds(delay_s), PredictionLimits{});
+        const TipAt tip =
+            filter->at(finger, observation.capture_time - from_seconds(delay_s), PredictionLimits{});
         if (tip.kind == ResultKind::interpolated || tip.kind == ResultKind::exact)
           out.interpolated.add((tip.position_m - *before).norm());
       }
@@ -90,8 +93,8 @@ Measured run(const test::MocapHand& hand, int cameras, double delay_s) {
 
 void report(const char* what, const Measured& measured) {
   std::printf("%s: live %.2f mm, interpolated %.2f mm, 60 ms ahead %.2f mm, newest pair %.2f mm\n", what,
-              measured.live.value() * 1e3, measured.interpolated.value() * 1e3, measured.ahead_60ms.value() * 1e3,
-              measured.newest_pair.value() * 1e3);
+              measured.live.value() * 1e3, measured.interpolated.value() * 1e3,
+              measured.ahead_60ms.value() * 1e3, measured.newest_pair.value() * 1e3);
 }
 
 TEST(HandFilterMocap, TwoCamerasT7) {

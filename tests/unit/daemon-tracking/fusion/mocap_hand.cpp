@@ -32,8 +32,8 @@ double number_of(const std::vector<std::string>& row, std::size_t column) {
 MocapHand::MocapHand(const std::filesystem::path& recording) {
   std::ifstream file(recording);
   std::array<std::size_t, finger_count> first_column{};
-  const std::array<std::string, finger_count> names{"thumb_tip X", "index_tip X", "middle_tip X", "ring_tip X",
-                                                    "little_tip X"};
+  const std::array<std::string, finger_count> names{"thumb_tip X", "index_tip X", "middle_tip X",
+                                                    "ring_tip X", "little_tip X"};
   bool in_table = false;
   Eigen::Vector3d sum(0, 0, 0);
   double count = 0;
@@ -96,11 +96,13 @@ Rig arc_rig(int cameras) {
     camera.world_from_camera.translation() = position;
     rig.cameras.push_back(camera);
   }
-  for (int f = 0; f < finger_count; ++f) rig.colours[static_cast<std::size_t>(f)].finger = static_cast<Finger>(f);
+  for (int f = 0; f < finger_count; ++f)
+    rig.colours[static_cast<std::size_t>(f)].finger = static_cast<Finger>(f);
   return rig;
 }
 
-std::vector<CameraObservation> watch(const MocapHand& hand, const Rig& rig, double noise_px, std::uint32_t seed) {
+std::vector<CameraObservation> watch(const MocapHand& hand, const Rig& rig, double noise_px,
+                                     std::uint32_t seed) {
   constexpr double frame_s = 1.0 / 30.0;
   constexpr double apart = 12.0;  // Log likelihood between two hues
   std::mt19937 random(seed);
@@ -110,7 +112,8 @@ std::vector<CameraObservation> watch(const MocapHand& hand, const Rig& rig, doub
   for (std::uint32_t c = 0; c < rig.cameras.size(); ++c) {
     const CameraModel model = CameraModel::create(rig.cameras[c].intrinsics).value();
     const Eigen::Isometry3d camera_from_world = rig.cameras[c].world_from_camera.inverse();
-    const double beat_s = frame_s * (1.0 + 1e-4 * normal(random));  // Free-running: phases drift past each other
+    const double beat_s =
+        frame_s * (1.0 + 1e-4 * normal(random));  // Free-running: phases drift past each other
     double time_s = frame_s * uniform(random);
     for (std::uint64_t sequence = 0; time_s < hand.duration_s(); ++sequence, time_s += beat_s) {
       CameraObservation& observation = out.emplace_back();

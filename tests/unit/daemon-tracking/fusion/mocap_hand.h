@@ -1,6 +1,7 @@
 #pragma once
-// Real fingertip motion (60 s of optical motion capture at 100 Hz) seen by simulated free-running 30 fps cameras: what
-// T7 and T8 are measured on. The cameras stand on a 70 degree arc, 0.85 m from the middle of the motion, f = 600 px.
+// Real fingertip motion (60 s of optical motion capture at 100 Hz) seen by simulated free-running 30 fps
+// cameras: what T7 and T8 are measured on. The cameras stand on a 70 degree arc, 0.85 m from the middle of
+// the motion, f = 600 px.
 
 #include <Eigen/Core>
 #include <array>
@@ -32,9 +33,10 @@ class MocapHand {
 /// A rig of `cameras` table cameras on the arc.
 Rig arc_rig(int cameras);
 
-/// What the cameras would report, in order of capture: each with its own beat and phase, Gaussian pixel noise, colour
-/// likelihoods that now and then (3 %) leave two neighbouring fingers equally likely.
-std::vector<CameraObservation> watch(const MocapHand& hand, const Rig& rig, double noise_px, std::uint32_t seed);
+/// What the cameras would report, in order of capture: each with its own beat and phase, Gaussian pixel
+/// noise, colour likelihoods that now and then (3 %) leave two neighbouring fingers equally likely.
+std::vector<CameraObservation> watch(const MocapHand& hand, const Rig& rig, double noise_px,
+                                     std::uint32_t seed);
 
 /// watch() starts its clock here, so that no time is zero.
 inline constexpr TimePoint mocap_start = from_ns(5'000'000'000);
