@@ -1,0 +1,206 @@
+// Scripts line by line (U7): one answer a line, failures that name the line, expectations.
+
+#include "server-model/session/script_runner.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "server-model/session/local_target.h"
+
+namespace handloft::model {
+namespace {
+
+using nlohmann::json;
+
+struct ScriptRun {
+  ScriptSummary summary;
+  std::vector<json> answers;
+};
+
+ScriptRun run(const std::string& script, const ScriptOptions& options = {}) {
+  LocalTarget target(FileAccess{});
+  std::istringstream in(script);
+  std::ostringstream out;
+  ScriptRun result;
+  result.summary = run_script(in, out, target, options);
+  std::istringstream lines(out.str());
+  for (std::string line; std::getline(lines, line);) result.answers.push_back(json::parse(line));
+  return result;
+}
+
+const std::string create = R"({"createDualShape": {"id": "top"}})";
+
+// What one more line after `create` answers.
+json after_create(const std::string& line) {
+  return run(create + "\n" + line).answers.back();
+}
+
+void expect_failure(const std::string& line, const std::string& code, const std::string& field) {
+  const json answer = after_create(line);
+  EXPECT_FALSE(answer["ok"].get<bool>()) << answer;
+  EXPECT_EQ(answer["line"], 2);
+  EXPECT_EQ(answer["error"]["code"], code) << answer;
+  EXPECT_EQ(answer["error"]["field"], field) << answer;
+  EXPECT_NE(answer["error"]["message"], "");
+}
+
+TEST(Script, AnswersEachLineWithOneLine) {
+  const ScriptRun result =
+      run("# a comment\n\n" + create + "\r\n  // another\n\t\n" + R"({"query": {"entities": {}}})");
+  EXPECT_TRUE(result.summary.ok());
+  EXPECT_EQ(result.summary.lines_run, 2U);
+  ASSERT_EQ(result.answers.size(), 2U);
+  EXPECT_EQ(result.answers[0],
+            json::parse(R"({"line":3,"ok":true,"result":{"sequence":1,"entities":["top"]}})"));
+  EXPECT_EQ(result.answers[1]["line"], 6);
+  EXPECT_EQ(result.answers[1]["result"]["entities"]["entities"][0]["id"], "top");
+}
+
+TEST(Script, StopsAtTheFirstFailureUnlessToldOtherwise) {
+  const std::string script = create + "\n" + create + "\n{\"undo\":{}}\n{\"undo\":{}}\n";
+  const ScriptRun stopped = run(script);
+  EXPECT_EQ(stopped.answers.size(), 2U);
+  EXPECT_EQ(stopped.summary.first_failed_line, 2U);
+  EXPECT_NE(stopped.summary.first_failure.find("already_exists"), std::string::npos);
+  ScriptOptions options;
+  options.on_failure = ScriptOptions::OnFailure::keep_going;
+  const ScriptRun all = run(script, options);
+  EXPECT_EQ(all.answers.size(), 4U);
+  EXPECT_EQ(all.summary.lines_failed, 2U);
+  EXPECT_EQ(all.summary.first_failed_line, 2U);
+  EXPECT_TRUE(all.answers[2]["ok"].get<bool>());
+}
+
+TEST(Script, SnakeCaseIsAcceptedToo) {
+  EXPECT_TRUE(run(R"({"create_dual_shape": {"id": "a"}})").summary.ok());
+  EXPECT_TRUE(
+      after_create(
+          R"({"expect":{"query":{"entities":{}},"path":"entities.entities.0.point_count","at_most":0}})")
+          ["ok"]
+              .get<bool>());
+}
+
+TEST(Script, NumbersKeepEveryBit) {
+  const ScriptRun result = run(
+      create + "\n" +
+      R"({"addPoints":{"entity":"top","points":[{"position":{"x":0.1,"y":1e-17,"z":-0.30000000000000004},"pressure":0.9999999999999999,"timeNs":"9007199254740993"}]}})"
+      "\n"
+      R"({"query":{"points":{"entity":"top"}}})");
+  ASSERT_TRUE(result.summary.ok());
+  const json& point = result.answers[2]["result"]["points"]["points"][0];
+  EXPECT_EQ(point["position"]["x"].get<double>(), 0.1);
+  EXPECT_EQ(point["position"]["y"].get<double>(), 1e-17);
+  EXPECT_EQ(point["position"]["z"].get<double>(), -0.30000000000000004);
+  EXPECT_EQ(point["pressure"].get<double>(), 0.9999999999999999);
+}
+
+TEST(Script, UnknownFieldsAreRefusedByName) {
+  expect_failure(R"({"createDualShape": {"idd": "x"}})", "invalid_argument", "create_dual_shape.idd");
+  expect_failure(R"({"makeShape": {}})", "invalid_argument", "makeShape");
+  expect_failure(R"({"query": {"surfaces": {}}})", "invalid_argument", "query.surfaces");
+  expect_failure(R"({"query": {"surface": {"name": "top"}}})", "invalid_argument", "query.surface.name");
+  expect_failure(R"({"expect": {"query": {"hash": {}}, "equal": 1}})", "invalid_argument", "expect.equal");
+  expect_failure(R"({"expect": {"fails": {"undo": {}}, "code": "x", "why": ""}})", "invalid_argument",
+                 "expect.why");
+}
+
+TEST(Script, MalformedLinesFailAndNothingElseHappens) {
+  for (const std::string& line :
+       {std::string("{"), std::string("nonsense"), std::string("[]"), std::string("3"),
+        std::string("\"undo\""), std::string("{\"undo\":{}} {}"), std::string("{\"undo\":{},\"undo\":{}}"),
+        std::string("{\"undo\":{},}"), std::string("{\"rename\":{\"entity\":\"top\",\"name\":\"\xff\xfe\"}}"),
+        std::string("{\"\0\":1}", 7), std::string(100'000, '['), "{\"a\":" + std::string(100'000, '[')}) {
+    expect_failure(line, "invalid_argument", "");
+  }
+  expect_failure(R"({})", "invalid_argument", "");
+  expect_failure(R"({"undo": {}, "query": {"hash": {}}})", "invalid_argument", "query");
+  EXPECT_FALSE(after_create(R"({"undo": {}, "redo": {}})")["ok"].get<bool>());
+  EXPECT_FALSE(
+      after_create(R"({"setSuperellipse": {"entity": "top", "exponent": "NaN"}})")["ok"].get<bool>());
+  EXPECT_FALSE(
+      after_create(R"({"setSuperellipse": {"entity": "top", "exponent": 1e999}})")["ok"].get<bool>());
+}
+
+TEST(Script, ALineThatIsTooLongFailsAndTheNextIsRead) {
+  ScriptOptions options;
+  options.max_line_bytes = 64;
+  options.on_failure = ScriptOptions::OnFailure::keep_going;
+  const ScriptRun result = run("{\"x\":\"" + std::string(1000, 'x') + "\"}\n" + create, options);
+  ASSERT_EQ(result.answers.size(), 2U);
+  EXPECT_EQ(result.answers[0]["error"]["code"], "resource_exhausted");
+  EXPECT_TRUE(result.answers[1]["ok"].get<bool>());
+}
+
+TEST(Script, ARefusalNamesCodeFieldAndReason) {
+  expect_failure(R"({"fit": {"entity": "side"}})", "not_found", "fit.entity");
+  expect_failure(R"({"fit": {"entity": "top"}})", "rank_deficient", "fit.entity");
+  expect_failure(R"({"query": {"surface": {"entity": "top"}}})", "failed_precondition", "surface.entity");
+  expect_failure(R"({"export": {"path": "a.step"}})", "failed_precondition", "export.entities");
+}
+
+TEST(Script, NotesReachTheAnswer) {
+  const ScriptRun result =
+      run(create + "\n" +
+          R"({"addPoints":{"entity":"top","points":[{"position":{"x":0,"y":0,"z":0},"pressure":1},)"
+          R"({"position":{"x":1,"y":0,"z":0},"pressure":1},{"position":{"x":0,"y":1,"z":0},"pressure":1},)"
+          R"({"position":{"x":1,"y":2,"z":0},"pressure":1}]}})"
+          "\n{\"fit\":{\"entity\":\"top\"}}");
+  ASSERT_TRUE(result.summary.ok());
+  EXPECT_EQ(result.answers[2]["result"]["notes"].size(), 1U);
+}
+
+bool holds(const std::string& expectation) {
+  return after_create("{\"expect\":" + expectation + "}")["ok"].get<bool>();
+}
+
+std::string on_entity(const std::string& rest) {
+  return R"({"query":{"entities":{}},"path":"entities.entities.0)" + rest + "}";
+}
+
+TEST(Expectation, ComparesAndCanFail) {
+  EXPECT_TRUE(holds(on_entity(R"(.id","equals":"top")")));
+  EXPECT_FALSE(holds(on_entity(R"(.id","equals":"side")")));
+  EXPECT_TRUE(holds(on_entity(R"(.degree","equals":2)")));
+  EXPECT_TRUE(holds(on_entity(R"(.degree","equals":2.0)")));
+  EXPECT_FALSE(holds(on_entity(R"(.degree","equals":2.0000001)")));
+  EXPECT_TRUE(holds(on_entity(R"(.degree","near":2.1,"tolerance":0.2)")));
+  EXPECT_FALSE(holds(on_entity(R"(.degree","near":2.1,"tolerance":0.05)")));
+  EXPECT_TRUE(holds(on_entity(R"(.degree","atLeast":2,"atMost":2)")));
+  EXPECT_FALSE(holds(on_entity(R"(.degree","atLeast":2.1)")));
+  EXPECT_FALSE(holds(on_entity(R"(.degree","atMost":1.9)")));
+  EXPECT_FALSE(holds(on_entity(R"(.id","atMost":1.9)")));
+  EXPECT_TRUE(holds(on_entity(R"(.revision","equals":1)")));  // A 64-bit integer, written as a string.
+  EXPECT_TRUE(holds(on_entity(R"(.fitted","equals":false)")));
+  EXPECT_FALSE(holds(on_entity(R"(.fitted","equals":0)")));
+  EXPECT_FALSE(holds(on_entity(R"(.nothing","equals":0)")));
+  EXPECT_TRUE(holds(R"({"query":{"entities":{}},"path":"/entities/entities/0/name","equals":"top"})"));
+  EXPECT_TRUE(holds(R"({"query":{"entities":{}},"path":"entities.entities","count":1})"));
+  EXPECT_FALSE(holds(R"({"query":{"entities":{}},"path":"entities.entities","count":2})"));
+  EXPECT_FALSE(holds(R"({"query":{"entities":{}},"path":"entities.entities.1","equals":{}})"));
+}
+
+TEST(Expectation, RefusalsAreExpectedByCodeAndField) {
+  EXPECT_TRUE(holds(R"({"fails":{"fit":{"entity":"x"}}})"));
+  EXPECT_TRUE(holds(R"({"fails":{"fit":{"entity":"x"}},"code":"not_found","field":"fit.entity"})"));
+  EXPECT_FALSE(holds(R"({"fails":{"fit":{"entity":"x"}},"code":"invalid_argument"})"));
+  EXPECT_FALSE(holds(R"({"fails":{"fit":{"entity":"x"}},"field":"entity"})"));
+  EXPECT_FALSE(holds(R"({"fails":{"rename":{"entity":"top","name":"Top"}}})"));
+  EXPECT_TRUE(holds(R"({"fails":{"query":{"surface":{"entity":"top"}}},"code":"failed_precondition"})"));
+  EXPECT_TRUE(holds(R"({"fails":{"bogus":{}},"code":"invalid_argument","field":"bogus"})"));
+}
+
+TEST(Expectation, WrongExpectationsFail) {
+  for (const char* wrong : {"3", "{}", R"({"query":{"hash":{}}})", R"({"query":{"hash":{}},"path":"hash"})",
+                            R"({"query":{"hash":{}},"path":3,"equals":3})",
+                            R"({"query":{"entities":{}},"path":"entities","near":3})",
+                            R"({"query":{"entities":{}},"tolerance":3,"equals":3})", R"({"fails":3})",
+                            R"({"fails":{"undo":{}},"code":3})", R"({"query":3,"equals":3})",
+                            R"({"query":{"entities":{}},"atMost":"3"})"}) {
+    EXPECT_FALSE(holds(wrong)) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace handloft::model
