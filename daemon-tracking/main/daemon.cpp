@@ -239,6 +239,10 @@ Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clo
   }
   stage.publish_end();
   log.info("the session has ended");
+  const ReplayEnd& replay_end = *sources->replay_end;
+  if (!replay_end.error && replay_end.end == record::RecordingEnd::truncated) {
+    log.warning("the recording is cut off in the middle of a record, as after a crash");
+  }
   while (!options.exit_at_end && !stop_requested()) std::this_thread::sleep_for(poll_interval);
 
   (*publisher)->drain(5s);
@@ -250,6 +254,7 @@ Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clo
   if (ring_server) ring_server->stop();
   io.finish();
   if (!recorded) return recorded.error();
+  if (replay_end.error) return *replay_end.error;
   return figures;
 }
 

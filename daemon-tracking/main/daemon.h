@@ -20,7 +20,7 @@ namespace handloft::tracking {
 using StopRequested = std::function<bool()>;
 
 /// Runs until the source ends (with exit_at_end) or a stop is requested. Errors only where it can't start or
-/// where the recording was lost.
+/// where a recording was lost or damaged.
 Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clock, const Logger& log,
                                   const StopRequested& stop_requested);
 

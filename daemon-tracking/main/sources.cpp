@@ -51,6 +51,7 @@ Result<HandProgram> stroke_file_program(const DaemonOptions& options,
 
 Result<SourceSet> open_simulation(const DaemonOptions& options, TimePoint start) {
   SourceSet set;
+  set.replay_end = std::make_shared<ReplayEnd>();
   set.rig = default_rig();
   set.description = {
       {"rig", rig_name}, {"simulate", *options.simulate}, {"seed", std::to_string(options.seed)}};
@@ -74,6 +75,22 @@ Result<SourceSet> open_simulation(const DaemonOptions& options, TimePoint start)
   return set;
 }
 
+// Tells how a recording ended, after the stream itself is gone.
+class WatchedRecording final : public SampleStream {
+ public:
+  WatchedRecording(std::unique_ptr<RecordedStream> stream, std::shared_ptr<ReplayEnd> end)
+      : stream_(std::move(stream)), end_(std::move(end)) {}
+  std::optional<Sample> next() override {
+    std::optional<Sample> sample = stream_->next();
+    if (!sample) *end_ = {stream_->error(), stream_->end()};
+    return sample;
+  }
+
+ private:
+  std::unique_ptr<RecordedStream> stream_;
+  std::shared_ptr<ReplayEnd> end_;
+};
+
 Result<SourceSet> open_recording(const DaemonOptions& options) {
   Result<std::unique_ptr<RecordedStream>> stream = RecordedStream::open(*options.replay);
   if (!stream) return stream.error();
@@ -88,7 +105,9 @@ Result<SourceSet> open_recording(const DaemonOptions& options) {
   SourceSet set;
   set.rig = default_rig();
   set.description = more;
-  set.stream = std::move(*stream);
+  const auto end = std::make_shared<ReplayEnd>();
+  set.stream = std::make_unique<WatchedRecording>(std::move(*stream), end);
+  set.replay_end = end;
   return set;
 }
 

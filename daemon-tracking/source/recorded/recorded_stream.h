@@ -39,6 +39,8 @@ class RecordedStream final : public SampleStream {
   const record::Metadata& metadata() const { return reader_.metadata(); }
   /// After next() gave nullopt: why it ended before the recording's end; nullopt when all was read.
   const std::optional<Error>& error() const { return error_; }
+  /// After next() gave nullopt without an error: whether the file ended in the middle of a record.
+  record::RecordingEnd end() const { return reader_.end(); }
 
  private:
   record::RecordingReader reader_;
