@@ -93,7 +93,25 @@ struct Renderer::Implementation {
     marks.draw_transparent(frame, eye, which);
   }
 
+  /// Surfaces first, then the points on top of them: a thin layer of ink just before a nearly opaque one is where the
+  /// weighted average errs most. Between the two, what is at least half opaque hides the points behind it.
   void blend_weighted(const Frame& frame, const EyeUniforms& eye) {
+    begin_sums();
+    surfaces.draw(*resident, eye, Stage::weighted);
+    marks.draw_transparent(frame, eye, Stage::weighted);
+    resolve_sums();
+
+    glEnable(GL_DEPTH_TEST);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    surfaces.draw(*resident, eye, Stage::mask);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+
+    begin_sums();
+    points.draw(*resident, eye, Stage::weighted);
+    resolve_sums();
+  }
+
+  void begin_sums() {
     targets.bind_weighted();
     constexpr std::array<float, 4> no_light_all_through{0.0F, 0.0F, 0.0F, 1.0F};
     constexpr std::array<float, 4> no_weight{0.0F, 0.0F, 0.0F, 0.0F};
@@ -104,9 +122,10 @@ struct Renderer::Implementation {
     glEnable(GL_BLEND);
     // One function for both: colours and weights add up, what shines through multiplies.
     glBlendFuncSeparate(GL_ONE, GL_ONE, GL_ZERO, GL_ONE_MINUS_SRC_ALPHA);
-    draw_transparent_stage(frame, eye, Stage::weighted);
-    glDepthMask(GL_TRUE);
+  }
 
+  void resolve_sums() {
+    glDepthMask(GL_TRUE);
     targets.bind_picture();
     glDisable(GL_DEPTH_TEST);
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);

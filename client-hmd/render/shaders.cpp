@@ -31,6 +31,11 @@ void emit(vec3 colour, float alpha, float eye_depth) {
     out_colour = vec4(alpha);
     return;
   }
+  if (u_stage == 4) {
+    if (alpha < 0.5) discard;
+    out_colour = vec4(0.0);
+    return;
+  }
   if (alpha >= as_good_as_opaque || alpha < 1.0 / 512.0) discard;
   if (u_stage == 1) {
     float weight = alpha * clamp(exp(-(eye_depth - u_weights.x) / u_weights.y), u_weights.z, u_weights.w);

@@ -20,6 +20,7 @@ enum class Stage : int {
   weighted = 1,  ///< The rest, into the sums of weighted blending.
   peel = 2,      ///< The rest, next layer behind `u_last_depth`, premultiplied.
   coverage = 3,  ///< Opacity alone, for the shadow on the table.
+  mask = 4,      ///< Depth of what is at least half opaque.
 };
 
 }  // namespace handloft::client

@@ -1,7 +1,9 @@
 #pragma once
 // Order-independent transparency (V2): McGuire and Bavoil, "Weighted Blended Order-Independent Transparency", JCGT
 // 2013. One pass sums premultiplied colours with a weight that falls with depth; the resolve divides by the sum of
-// weights. Exact for one layer; for more it is an average in favour of what is near. Depth peeling is the reference.
+// weights. Exact for one layer; for more it is an average in favour of what is near. Surfaces are blended first and the
+// points over them, since ink just before a nearly opaque layer is where the average errs most. Depth peeling is the
+// reference.
 //
 // The weight falls by a factor e every `falloff_m`, so that in a scene of a few decimetres the front layer wins, and
 // is clamped such that 500 opaque layers stay below the largest half float (65504).
