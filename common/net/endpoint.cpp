@@ -223,8 +223,12 @@ Result<Endpoint> parse_endpoint(std::string_view text) {
   if (colon == std::string_view::npos) return bad("expected tcp:HOST:PORT");
   std::string_view host = rest.substr(0, colon);
   const std::string_view port = rest.substr(colon + 1);
-  if (host.starts_with('[') && host.ends_with(']') && host.size() > 2) {
+  const bool in_brackets = host.starts_with('[') && host.ends_with(']') && host.size() > 2;
+  if (in_brackets) {
     host = host.substr(1, host.size() - 2);
+    if (host.find(':') == std::string_view::npos || host.find_first_of("[]") != std::string_view::npos) {
+      return bad("expected an IPv6 address in the brackets");
+    }
   } else if (host.find_first_of(":[]") != std::string_view::npos) {
     return bad("an IPv6 address stands in brackets: tcp:[::1]:7400");
   }

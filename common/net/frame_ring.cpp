@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <map>
@@ -109,7 +110,7 @@ Status FrameRingWriter::write(const VideoFrameInfo& info, std::span<const std::u
   slot.width_px = info.width_px;
   slot.height_px = info.height_px;
   slot.byte_count = static_cast<std::uint32_t>(bytes.size());
-  std::memcpy(writer.memory.bytes(index), bytes.data(), bytes.size());
+  std::copy(bytes.begin(), bytes.end(), writer.memory.bytes(index));
   slot.lock.store(lock + 2, std::memory_order_release);
   return {};
 }
@@ -214,7 +215,7 @@ bool FrameRingReader::read_newest(VideoFrame& frame, std::optional<std::uint32_t
     }
     if (!newest) return false;
     frame.bytes.resize(newest->byte_count);
-    std::memcpy(frame.bytes.data(), reader.memory.bytes(newest->index), newest->byte_count);
+    std::copy_n(reader.memory.bytes(newest->index), newest->byte_count, frame.bytes.begin());
     if (!reader.unchanged(*newest)) continue;
     frame.info = newest->info;
     last = newest->ordinal;

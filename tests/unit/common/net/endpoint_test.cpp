@@ -30,9 +30,9 @@ TEST(Endpoint, ParsesBothKindsAndWritesThemAgain) {
 }
 
 TEST(Endpoint, RefusesWhatItCannotMean) {
-  for (const char* text :
-       {"", "unix:", "/run/x.sock", "tcp:", "tcp:host", "tcp:host:", "tcp::80", "tcp:host:65536",
-        "tcp:host:-1", "tcp:host:8o", "tcp:::1:80", "tcp:[]:80", "udp:host:80", "UNIX:/x"}) {
+  for (const char* text : {"", "unix:", "/run/x.sock", "tcp:", "tcp:host", "tcp:host:", "tcp::80",
+                           "tcp:host:65536", "tcp:host:-1", "tcp:host:8o", "tcp:::1:80", "tcp:[]:80",
+                           "tcp:[]]:1", "tcp:[host]:80", "udp:host:80", "UNIX:/x"}) {
     const auto endpoint = parse_endpoint(text);
     ASSERT_FALSE(endpoint.ok()) << text;
     EXPECT_EQ(endpoint.error().code, ErrorCode::invalid_argument);
