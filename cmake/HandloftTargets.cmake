@@ -43,9 +43,10 @@ function(handloft_program name)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
 
-# handloft_test(NAME SOURCES ... LINK ... [LABELS ...] [TIMEOUT s]): a GoogleTest executable, one ctest entry per TEST.
+# handloft_test(NAME SOURCES ... LINK ... [LABELS ...] [TIMEOUT s] [SERIAL]): a GoogleTest executable, one ctest
+# entry per TEST. SERIAL: nothing runs beside it.
 function(handloft_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
@@ -56,7 +57,8 @@ function(handloft_test name)
   target_link_libraries(${name} PRIVATE handloft_options ${ARG_LINK} handloft_test_support
                         GTest::gmock_main)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
-                       PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+                       PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
+                                  RUN_SERIAL ${ARG_SERIAL})
 endfunction()
 
 # handloft_bench(NAME SOURCES ... LINK ...): a Google Benchmark executable; never part of ctest.
