@@ -52,7 +52,7 @@ Model start() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Model model = start();
   while (size >= 2) {
-    const std::size_t length = std::min<std::size_t>(data[0] | (data[1] << 8), size - 2);
+    const std::size_t length = std::min<std::size_t>(data[0] + std::size_t{256} * data[1], size - 2);
     handloft::v1::Operation operation;
     const bool parsed = operation.ParseFromArray(data + 2, static_cast<int>(length));
     data += 2 + length;
