@@ -30,8 +30,8 @@ using namespace std::chrono_literals;
 /// How long viewers get at the end of a recording to read what is left; a stalled one must not hold the
 /// server.
 constexpr auto flush_timeout = 5s;
-constexpr auto flush_poll = 5ms;
-/// Connections are closed within a second (Connection::close()); then the executor has nothing left to do.
+constexpr auto poll_interval = 5ms;
+/// Connections are closed within a second (Connection::close()).
 constexpr auto close_timeout = 1500ms;
 
 Result<std::vector<net::Endpoint>> endpoints_of(const ServeOptions& options) {
@@ -123,7 +123,7 @@ class Session {
       begin_stop();
       return;
     }
-    timer_.expires_after(flush_poll);
+    timer_.expires_after(poll_interval);
     timer_.async_wait([this](const boost::system::error_code& error) {
       if (!error) stop_when_flushed();
     });
@@ -139,8 +139,17 @@ class Session {
     figures_.capture_to_delta = server_->capture_to_delta();
     server_->stop();
     tracking_.reset();
-    timer_.expires_after(close_timeout);
-    timer_.async_wait([this](const boost::system::error_code&) { context_.stop(); });
+    close_until_ = clock_.now() + close_timeout;
+    end_when_closed();
+  }
+
+  void end_when_closed() {
+    if (server_->peer_count() == 0 || clock_.now() > close_until_) {
+      context_.stop();
+      return;
+    }
+    timer_.expires_after(poll_interval);
+    timer_.async_wait([this](const boost::system::error_code&) { end_when_closed(); });
   }
 
   Status write_report() {
@@ -157,6 +166,7 @@ class Session {
   std::unique_ptr<Server> server_;
   std::unique_ptr<TrackingLink> tracking_;
   TimePoint flush_until_;
+  TimePoint close_until_;
   bool stopping_ = false;
   SessionFigures figures_;
 };

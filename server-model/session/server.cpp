@@ -424,6 +424,10 @@ std::size_t Server::viewer_count() const {
   return count;
 }
 
+std::size_t Server::peer_count() const {
+  return implementation_->everybody().size();
+}
+
 std::uint64_t Server::clients_served() const {
   const std::lock_guard lock(implementation_->peers_mutex);
   return implementation_->clients_served;

@@ -54,6 +54,7 @@ class Server {
   /// not.
   bool flushed() const;
   std::size_t viewer_count() const;
+  std::size_t peer_count() const;  ///< Viewers and those that have not joined.
   std::uint64_t clients_served() const;
   /// From the capture of a tracking frame to the composing of the first delta that shows it, per viewer.
   LatencySummary capture_to_delta() const;

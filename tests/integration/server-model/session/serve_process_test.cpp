@@ -1,0 +1,80 @@
+// `handloft-modeld serve` as its users start it: one line when ready, a graceful end, a report.
+
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "server-model/session/remote_target.h"
+#include "tests/support/process.h"
+
+namespace handloft::session {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto patience = 30s;
+
+class ServeProcessTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("handloft-serve-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string in_folder(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::filesystem::path folder_;
+  SystemClock clock_;
+};
+
+TEST_F(ServeProcessTest, is_ready_serves_stops_on_sigterm_and_reports) {
+  std::ofstream(in_folder("setup.jsonl")) << R"({"create_dual_shape":{"id":"top"}})"
+                                          << "\n";
+  test::Process server(
+      {HANDLOFT_MODELD, "serve", "--listen", "unix:" + in_folder("model.sock"), "--listen", "tcp:127.0.0.1:0",
+       "--script", in_folder("setup.jsonl"), "--report", in_folder("report.json")},
+      in_folder("log"));
+  const auto line = server.read_line(patience);
+  ASSERT_TRUE(line) << server.error_output();
+  const auto ready = nlohmann::json::parse(*line);
+  EXPECT_EQ(ready["ready"], true);
+  ASSERT_EQ(ready["endpoints"].size(), 2U);
+  for (const auto& text : ready["endpoints"]) {
+    const auto endpoint = net::parse_endpoint(text.get<std::string>());
+    ASSERT_TRUE(endpoint.ok());
+    auto target = RemoteTarget::connect(*endpoint, clock_);
+    ASSERT_TRUE(target.ok()) << target.error().describe();
+    v1::Operation operation;
+    operation.mutable_rename()->set_entity("top");
+    operation.mutable_rename()->set_name("Top by " + text.get<std::string>().substr(0, 3));
+    EXPECT_TRUE(target->submit(operation).ok());
+  }
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+  EXPECT_EQ(server.read_all(1s), "") << "standard output is for the one line";
+  EXPECT_FALSE(std::filesystem::exists(in_folder("model.sock")));
+  const auto report = nlohmann::json::parse(std::ifstream(in_folder("report.json")));
+  EXPECT_EQ(report["hash"].get<std::string>().size(), 64U);
+  EXPECT_EQ(report["sequence"], 3) << "the script's operation is the first";
+  EXPECT_EQ(report["entities"][0]["name"], "Top by tcp");
+  EXPECT_EQ(report["clients"], 2);
+}
+
+TEST_F(ServeProcessTest, a_failing_setup_script_ends_it_with_the_line) {
+  std::ofstream(in_folder("setup.jsonl")) << "\n"
+                                          << R"({"fit":{"entity":"nothing"}})"
+                                          << "\n";
+  test::Process server({HANDLOFT_MODELD, "serve", "--listen", "unix:" + in_folder("model.sock"), "--script",
+                        in_folder("setup.jsonl")},
+                       in_folder("log"));
+  EXPECT_EQ(server.wait(patience), 1);
+  EXPECT_THAT(server.error_output(), ::testing::HasSubstr("setup.jsonl:2"));
+}
+
+}  // namespace
+}  // namespace handloft::session
