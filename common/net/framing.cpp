@@ -1,6 +1,7 @@
 #include "common/net/framing.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
 
 #include <algorithm>
 #include <cstring>
@@ -91,6 +92,8 @@ Result<std::optional<std::span<const std::uint8_t>>> FrameDecoder::next() {
 }
 
 Status parse_envelope(std::span<const std::uint8_t> payload, v1::Envelope& envelope) {
+  // Protobuf would write to standard error about what a peer sends; our own errors say it, once a connection.
+  [[maybe_unused]] static auto* const former_handler = google::protobuf::SetLogHandler(nullptr);
   if (!envelope.ParseFromArray(payload.data(), static_cast<int>(payload.size()))) {
     return make_error(ErrorCode::data_corrupt,
                       fmt::format("the frame's {} bytes are not an Envelope", payload.size()), "envelope");

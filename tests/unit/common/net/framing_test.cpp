@@ -96,5 +96,13 @@ TEST(Framing, UnknownAndMalformedMessagesAreToldApart) {
   EXPECT_EQ(parse_envelope(malformed, envelope).error().code, ErrorCode::data_corrupt);
 }
 
+TEST(Framing, TextThatIsNoUtf8IsRefusedQuietly) {
+  v1::Envelope envelope;
+  const Bytes bad_text{0x0A, 0x04, 0x22, 0x02, 0xFF, 0xFE};  // hello.program
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(parse_envelope(bad_text, envelope).error().code, ErrorCode::data_corrupt);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 }  // namespace
 }  // namespace handloft::net
