@@ -51,7 +51,17 @@ ServerConnection::ServerConnection(asio::any_io_executor executor, FileDescripto
 
 void ServerConnection::start() {
   asio::co_spawn(
-      strand_, [self = shared_from_this()]() -> asio::awaitable<void> { co_await self->run(); },
+      strand_,
+      [self = shared_from_this()]() -> asio::awaitable<void> {
+        try {
+          co_await self->run();
+        } catch (const std::exception& error) {  // out of memory, or a callback that breaks its promise
+          self->shared_->log.error("connection {}: {}", self->id_, error.what());
+          const Lock lock(self->mutex_);
+          self->hang_up(fmt::format("internal: {}", error.what()));
+        }
+        self->finish();
+      },
       asio::detached);
 }
 
@@ -124,7 +134,6 @@ asio::awaitable<void> ServerConnection::run() {
     }
     if (++reads % reads_per_turn == 0) co_await asio::post(strand_, asio::use_awaitable);
   }
-  finish();
 }
 
 Status ServerConnection::handle(std::span<const std::uint8_t> payload) {

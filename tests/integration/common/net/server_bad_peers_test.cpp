@@ -87,6 +87,20 @@ TEST(BadPeers, AnErrorOfTheSessionLayerClosesWithItsReason) {
   EXPECT_EQ(failure.field(), "submit");
 }
 
+TEST(BadPeers, ACallbackThatThrowsCostsOnlyItsConnection) {
+  Server server({.on_message = [](const ConnectionPtr&, const v1::Envelope&) -> Status {
+    throw std::runtime_error("broken promise");
+  }});
+  SyncClient other = server.connect();
+  RawPeer peer(server.endpoint());
+  peer.send(hello());
+  const std::uint64_t id = peer.receive()->welcome().client_id();
+  peer.send(presence("p"));
+  EXPECT_FALSE(peer.receive().has_value());
+  EXPECT_THAT(server.close_reason(id), HasSubstr("broken promise"));
+  expect_undisturbed(other, 8);
+}
+
 TEST(BadPeers, ARefusedJoinIsNeverAnnounced) {
   Server server({.on_join = [](const ConnectionPtr&) {
     return Status(make_error(ErrorCode::not_found, "no such model", "join.model"));
