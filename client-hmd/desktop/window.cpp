@@ -79,7 +79,9 @@ void Window::on_key(int key, int action) {
   }
 }
 
-void Window::on_scroll(double steps) { camera_->zoom(std::pow(zoom_per_step, std::clamp(steps, -10.0, 10.0))); }
+void Window::on_scroll(double steps) {
+  camera_->zoom(std::pow(zoom_per_step, std::clamp(steps, -10.0, 10.0)));
+}
 
 WindowInput Window::poll(OrbitCamera& camera) {
   input_ = {};
@@ -102,7 +104,9 @@ WindowInput Window::poll(OrbitCamera& camera) {
   return input_;
 }
 
-void Window::swap() { glfwSwapBuffers(window_); }
+void Window::swap() {
+  glfwSwapBuffers(window_);
+}
 
 int Window::width_px() const {
   int width = 0, height = 0;

@@ -1,7 +1,7 @@
 #pragma once
-// A GLFW window with mouse and keyboard standing in for the head (V4, V6): left button orbits, right or middle button
-// pans, the wheel zooms; S takes a screenshot, 1, 2, 3 look from the designer's side, the front and the top, H follows
-// the tracked head, Q or Escape ends.
+// A GLFW window with mouse and keyboard standing in for the head (V4, V6): left button orbits, right or
+// middle button pans, the wheel zooms; S takes a screenshot, 1, 2, 3 look from the designer's side, the front
+// and the top, H follows the tracked head, Q or Escape ends.
 
 #include <functional>
 #include <memory>
@@ -23,7 +23,8 @@ struct WindowInput {
 
 class Window {
  public:
-  /// Opens a window with a current OpenGL 3.3 core context. Errors: unsupported when there is no display or driver.
+  /// Opens a window with a current OpenGL 3.3 core context. Errors: unsupported when there is no display or
+  /// driver.
   static Result<std::unique_ptr<Window>> open(int width_px, int height_px, const std::string& title);
   ~Window();
   Window(const Window&) = delete;

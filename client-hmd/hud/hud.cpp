@@ -123,14 +123,17 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
   layout.line(top_left, false, false);
 
   if (status.lag && *status.lag > lag_threshold) {
-    layout.line({{fmt::format("⚠ Model {:.1f} s behind", to_seconds(*status.lag)), warning_ink}}, true, false);
+    layout.line({{fmt::format("⚠ Model {:.1f} s behind", to_seconds(*status.lag)), warning_ink}}, true,
+                false);
   } else if (status.latency_ms) {
-    layout.line({{"Capture to client", faint_ink}, {fmt::format("{:.0f} ms", *status.latency_ms), ink}}, true, false);
+    layout.line({{"Capture to client", faint_ink}, {fmt::format("{:.0f} ms", *status.latency_ms), ink}}, true,
+                false);
   }
 
   if (status.hand) {
     std::vector<Words> words{{std::string(gesture_words(status.hand->gesture)), ink}};
-    if (!status.tool.empty()) words.push_back({status.tool, pressing_bar * glm::vec4(0.85F, 0.85F, 0.85F, 1.0F)});
+    if (!status.tool.empty())
+      words.push_back({status.tool, pressing_bar * glm::vec4(0.85F, 0.85F, 0.85F, 1.0F)});
     if (status.symmetry) words.push_back({"◐ mirrored", faint_ink});
     const float bar_width = 6.0F * layout.text_height();
     const float bar_height = 0.42F * layout.text_height();
@@ -139,7 +142,9 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
     layout.overlay.panels.push_back({corner, {bar_width, bar_height}, bar_height / 2.0F, track});
     const float filled = bar_width * static_cast<float>(std::clamp(status.hand->pressure, 0.0, 1.0));
     if (filled > bar_height) {
-      layout.overlay.panels.push_back({corner, {filled, bar_height}, bar_height / 2.0F,
+      layout.overlay.panels.push_back({corner,
+                                       {filled, bar_height},
+                                       bar_height / 2.0F,
                                        status.hand->pressing ? pressing_bar : resting_bar});
     }
   }
@@ -147,7 +152,8 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
   std::vector<Words> model;
   if (!status.selected.empty()) {
     model.push_back({status.selected, ink});
-    if (status.representation) model.push_back({std::string(representation_words(*status.representation)), faint_ink});
+    if (status.representation)
+      model.push_back({std::string(representation_words(*status.representation)), faint_ink});
   }
   model.push_back({plural(status.shapes, "shape"), faint_ink});
   model.push_back({plural(status.surfaces, "surface"), faint_ink});

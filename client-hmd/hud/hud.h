@@ -1,6 +1,6 @@
 #pragma once
-// The head-up display (V7): what the connection, the hand and the model are doing, in few words at the edges of the
-// picture. Pure: a status in, panels and texts out.
+// The head-up display (V7): what the connection, the hand and the model are doing, in few words at the edges
+// of the picture. Pure: a status in, panels and texts out.
 
 #include <cstdint>
 #include <functional>
@@ -20,10 +20,10 @@ struct HudStatus {
   bool has_scene = false;  ///< A snapshot was received.
   bool tracking_wanted = false;
   bool tracking_connected = false;
-  std::optional<Duration> lag;      ///< How far the model is behind the hand; shown from lag_threshold on.
+  std::optional<Duration> lag;       ///< How far the model is behind the hand; shown from lag_threshold on.
   std::optional<double> latency_ms;  ///< Capture to client, median.
   std::optional<HandStatus> hand;
-  std::string tool;    ///< What the hand does, in words of the server.
+  std::string tool;  ///< What the hand does, in words of the server.
   bool symmetry = false;
   std::vector<std::string> others;  ///< Who else is here.
   std::size_t shapes = 0, surfaces = 0, points = 0;
@@ -35,15 +35,16 @@ struct HudStatus {
 /// From here on a lag is shown (V5).
 inline constexpr Duration lag_threshold = std::chrono::milliseconds(250);
 
-/// How far the model's picture is behind the hand's: between the newest capture that tracking reports and the newest
-/// that shaped what the server sent; nullopt while nothing moves or the server says nothing of captures.
+/// How far the model's picture is behind the hand's: between the newest capture that tracking reports and the
+/// newest that shaped what the server sent; nullopt while nothing moves or the server says nothing of
+/// captures.
 std::optional<Duration> model_lag(const TrackingStatus& tracking, const ModelState& model, TimePoint now);
 
 /// "open hand", "closed hand", "pointing", "hand on table"; "no hand" for unknown.
 std::string_view gesture_words(v1::Gesture gesture);
 
-/// `measure`: width of a text in multiples of its height. Sizes follow the picture's height, so that the words are as
-/// large in a headset as on a desk.
+/// `measure`: width of a text in multiples of its height. Sizes follow the picture's height, so that the
+/// words are as large in a headset as on a desk.
 Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
                    const std::function<float(std::string_view)>& measure);
 

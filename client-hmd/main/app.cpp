@@ -21,7 +21,8 @@ namespace handloft::client {
 namespace {
 
 constexpr auto idle_after = std::chrono::seconds(1);
-constexpr auto once_settled_after = std::chrono::milliseconds(200);  ///< Large scenes come in several messages.
+constexpr auto once_settled_after =
+    std::chrono::milliseconds(200);  ///< Large scenes come in several messages.
 constexpr auto once_patience = std::chrono::seconds(10);
 constexpr int still_supersampling = 2;
 constexpr int offscreen_niceness = 10;  ///< Drawing in software yields to tracking and modelling.
@@ -82,7 +83,8 @@ class App {
     model_ = ModelFeed::start(model, clock_, log_.component("model"));
     if (options_.tracking) {
       tracking_ = TrackingFeed::start(*options_.tracking, clock_, log_.component("tracking"));
-      if (options_.camera == CameraMode::head) film_ = FilmFeed::start(*options_.tracking, log_.component("film"));
+      if (options_.camera == CameraMode::head)
+        film_ = FilmFeed::start(*options_.tracking, log_.component("film"));
     }
     Result<Screen> screen = Screen::open(options_, log_);
     if (!screen) return screen.error();
@@ -94,7 +96,8 @@ class App {
     started_ = clock_.now();
     Status status;
     while (!end_signal.came() && status.ok() && !finished_) status = step(screen->window.get());
-    if (status.ok() && !options_.screenshot.empty() && !screenshot_taken_) status = take_screenshot(clock_.now());
+    if (status.ok() && !options_.screenshot.empty() && !screenshot_taken_)
+      status = take_screenshot(clock_.now());
     if (status.ok() && !options_.report.empty()) status = write_report();
     renderer_.reset();  // Before its context.
     return status;
@@ -127,7 +130,8 @@ class App {
     if (window != nullptr) window->swap();
     count_frame(begin, *model);
     if (const Status taken = take_due_screenshot(*model, window == nullptr); !taken) return taken;
-    if (options_.duration > Duration::zero() && clock_.now() - started_ >= options_.duration) finished_ = true;
+    if (options_.duration > Duration::zero() && clock_.now() - started_ >= options_.duration)
+      finished_ = true;
     if (window == nullptr && !finished_) pace(begin);
     return {};
   }
@@ -149,7 +153,7 @@ class App {
     request.now = now;
     request.display_time = now + options_.display_latency;
     request.late_warp = late_warp;
-    request.latency_ms = model_->statistics().capture_to_receipt.quantile_ms(0.5);
+    if (tracking_ != nullptr) request.latency_ms = model_->statistics().capture_to_receipt.quantile_ms(0.5);
     return compose_frame(request, {model, tracking_.get(), film_.get()},
                          [this](std::string_view text) { return renderer_->measure_text(text); });
   }
@@ -248,7 +252,8 @@ class App {
 }  // namespace
 
 Status run_hmd(const HmdOptions& options, const Logger& log) {
-  Result<net::Endpoint> model = options.model ? Result<net::Endpoint>(*options.model) : net::default_model_endpoint();
+  Result<net::Endpoint> model =
+      options.model ? Result<net::Endpoint>(*options.model) : net::default_model_endpoint();
   if (!model) return model.error();
   App app(options, log);
   return app.run(*model);

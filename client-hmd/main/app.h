@@ -6,8 +6,8 @@
 
 namespace handloft::client {
 
-/// Runs until it is told to end (SIGTERM, SIGINT, the window, --duration, --once); then writes screenshot and report.
-/// Must be called before any other thread starts, since it blocks those signals for all of them.
+/// Runs until it is told to end (SIGTERM, SIGINT, the window, --duration, --once); then writes screenshot and
+/// report. Must be called before any other thread starts, since it blocks those signals for all of them.
 /// Errors: what keeps it from drawing at all, or from writing what it was asked to write.
 Status run_hmd(const HmdOptions& options, const Logger& log);
 

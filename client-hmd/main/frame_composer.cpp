@@ -5,15 +5,16 @@
 namespace handloft::client {
 namespace {
 
-constexpr double head_fov_y_rad = 0.80;  ///< Without film: about what a headset's lower half of the view shows.
+constexpr double head_fov_y_rad =
+    0.80;  ///< Without film: about what a headset's lower half of the view shows.
 constexpr std::size_t min_fingers_for_centre = 3;
 
 // Linear RGB of the five coloured caps, thumb to little finger.
 constexpr std::array<glm::vec3, finger_count> finger_colours{glm::vec3{0.70F, 0.06F, 0.05F},
-                                                            {0.78F, 0.42F, 0.02F},
-                                                            {0.10F, 0.48F, 0.10F},
-                                                            {0.05F, 0.25F, 0.72F},
-                                                            {0.45F, 0.08F, 0.50F}};
+                                                             {0.78F, 0.42F, 0.02F},
+                                                             {0.10F, 0.48F, 0.10F},
+                                                             {0.05F, 0.25F, 0.72F},
+                                                             {0.45F, 0.08F, 0.50F}};
 constexpr float predicted_opacity = 0.5F;
 
 struct Viewpoint {
@@ -30,8 +31,8 @@ std::optional<Viewpoint> film_viewpoint(const FrameRequest& request, const Frame
                                    [](const FilmCamera& candidate) { return candidate.on_head; });
   if (camera == status.cameras.end()) return std::nullopt;
   const std::shared_ptr<const FilmFrame> picture = sources.film->newest(camera->index);
-  if (picture == nullptr || picture->camera != camera->index || picture->width_px != camera->pinhole.width_px ||
-      picture->height_px != camera->pinhole.height_px) {
+  if (picture == nullptr || picture->camera != camera->index ||
+      picture->width_px != camera->pinhole.width_px || picture->height_px != camera->pinhole.height_px) {
     return std::nullopt;
   }
   const std::optional<PoseAnswer> pose = sources.tracking->camera_at(camera->index, picture->exposure_time);
@@ -54,7 +55,8 @@ std::optional<Viewpoint> film_viewpoint(const FrameRequest& request, const Frame
   return view;
 }
 
-Viewpoint choose_viewpoint(const FrameRequest& request, const FrameSources& sources, const TrackingStatus& status) {
+Viewpoint choose_viewpoint(const FrameRequest& request, const FrameSources& sources,
+                           const TrackingStatus& status) {
   Viewpoint view;
   view.time = request.display_time;
   if (request.camera == CameraMode::head && sources.tracking != nullptr) {
@@ -75,8 +77,8 @@ void add_cursor(const std::array<std::optional<FingerAnswer>, finger_count>& fin
   std::size_t count = 0;
   for (std::size_t i = 0; i < finger_count; ++i) {
     if (!fingers[i]) continue;
-    frame.fingers.push_back({glm::vec3(fingers[i]->position), finger_colours[i],
-                             fingers[i]->seen ? 1.0F : predicted_opacity});
+    frame.fingers.push_back(
+        {glm::vec3(fingers[i]->position), finger_colours[i], fingers[i]->seen ? 1.0F : predicted_opacity});
     sum += fingers[i]->position;
     ++count;
   }
@@ -89,7 +91,8 @@ void add_cursor(const std::array<std::optional<FingerAnswer>, finger_count>& fin
   }
 }
 
-HudStatus hud_status(const FrameRequest& request, const FrameSources& sources, const TrackingStatus& tracking) {
+HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
+                     const TrackingStatus& tracking) {
   const ModelState& model = *sources.model;
   HudStatus status;
   status.model_connected = model.connected;
@@ -103,7 +106,7 @@ HudStatus hud_status(const FrameRequest& request, const FrameSources& sources, c
   for (const auto& [id, activity] : model.activities) {
     if (!activity.tool.empty() && status.tool.empty()) status.tool = activity.tool;
     status.symmetry = status.symmetry || activity.symmetry;
-    if (!activity.name.empty()) status.others.push_back(activity.name);
+    if (!activity.name.empty() && activity.client_id != 0) status.others.push_back(activity.name);
   }
   status.history = model.scene->history;
   for (const auto& [id, entity] : model.scene->entities) {
@@ -131,7 +134,8 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   frame.warp = view.warp;
   if (tracking.hand) add_cursor(sources.tracking->fingers_at(view.time), *tracking.hand, frame);
   const HudStatus status = hud_status(request, sources, tracking);
-  if (status.symmetry) frame.symmetry = SymmetryHint{};
+  // A plane for the hand that draws; in a picture without one it would only stand in the way.
+  if (status.symmetry && tracking.hand && !tracking.end_of_recording) frame.symmetry = SymmetryHint{};
   frame.overlay = layout_hud(status, request.width_px, request.height_px, measure);
   return frame;
 }

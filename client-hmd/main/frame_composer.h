@@ -1,7 +1,7 @@
 #pragma once
-// Decides what one frame shows and from where (V1): with film, everything virtual is placed where it was at the film's
-// exposure, so that film and scene agree to the pixel; without, everything is predicted to the moment of display; and
-// without a head, the orbit camera looks.
+// Decides what one frame shows and from where (V1): with film, everything virtual is placed where it was at
+// the film's exposure, so that film and scene agree to the pixel; without, everything is predicted to the
+// moment of display; and without a head, the orbit camera looks.
 
 #include "client-hmd/hud/hud.h"
 #include "client-hmd/main/options.h"

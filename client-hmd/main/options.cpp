@@ -36,8 +36,8 @@ Result<std::pair<int, int>> parse_size(const std::string& text) {
   int width = 0;
   int height = 0;
   if (cross == std::string::npos || !parse_number(std::string_view(text).substr(0, cross), width) ||
-      !parse_number(std::string_view(text).substr(cross + 1), height) || width < smallest || height < smallest ||
-      width > largest || height > largest) {
+      !parse_number(std::string_view(text).substr(cross + 1), height) || width < smallest ||
+      height < smallest || width > largest || height > largest) {
     return bad("size", text, fmt::format("WIDTHxHEIGHT within {}..{}", smallest, largest));
   }
   return std::pair{width, height};
@@ -60,7 +60,8 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("screenshot_when", when, "When: idle (nothing changed for a second), end, or frames:N",
             {.value_name = "WHEN"});
   table.add("once", options.once, "Take one screenshot of the scene as it is, then end");
-  table.add("duration", duration_s, "End after so many seconds; 0: not", {.min = 0, .max = 1e6, .value_name = "S"});
+  table.add("duration", duration_s, "End after so many seconds; 0: not",
+            {.min = 0, .max = 1e6, .value_name = "S"});
   table.add("report", options.report, "Write figures as JSON at the end", {.value_name = "FILE.json"});
   table.add("display_latency", display_latency_ms, "From drawing to light on the display",
             {.min = 0, .max = 200, .value_name = "MS"});

@@ -26,13 +26,15 @@ struct HmdOptions {
   std::string screenshot;  ///< Path of a PNG; empty: none.
   ScreenshotTime screenshot_time = ScreenshotTime::end;
   std::uint64_t screenshot_frames = 0;
-  std::string report;      ///< Path of a JSON file; empty: none.
-  bool once = false;       ///< One picture of the scene as it is, then end.
-  Duration duration{};     ///< Zero: until it is told to end.
+  std::string report;   ///< Path of a JSON file; empty: none.
+  bool once = false;    ///< One picture of the scene as it is, then end.
+  Duration duration{};  ///< Zero: until it is told to end.
   CameraMode camera = CameraMode::orbit;
   Duration display_latency = std::chrono::milliseconds(16);  ///< From drawing to light: one refresh at 60 Hz.
-  double offscreen_rate_hz = 12.0;  ///< Drawing in software must leave the processor to tracking and modelling.
-  double offscreen_scale = 0.5;     ///< Size of frames that nobody sees, against that of the screenshot; same reason.
+  double offscreen_rate_hz =
+      12.0;  ///< Drawing in software must leave the processor to tracking and modelling.
+  double offscreen_scale =
+      0.5;  ///< Size of frames that nobody sees, against that of the screenshot; same reason.
   std::string log_level = "info";
 };
 

@@ -14,16 +14,17 @@ struct RunFigures {
   int width_px = 0;
   int height_px = 0;
   double seconds = 0.0;
-  LatencyHistogram frame_time;               ///< From the start of a frame to its being drawn.
-  LatencyHistogram capture_to_presentation;  ///< From the exposure that shaped the scene to the frame that first shows it.
+  LatencyHistogram frame_time;  ///< From the start of a frame to its being drawn.
+  LatencyHistogram
+      capture_to_presentation;  ///< From the exposure that shaped the scene to the frame that first shows it.
   ModelFeedStatistics model;
   TrackingStatus tracking;
   std::shared_ptr<const Scene> scene;
   std::string screenshot;
 };
 
-/// Durations in milliseconds: "frame_ms", "capture_to_client_ms" (at receipt) and "capture_to_presentation_ms" with
-/// "count", "median", "p99".
+/// Durations in milliseconds: "frame_ms", "capture_to_client_ms" (at receipt) and
+/// "capture_to_presentation_ms" with "count", "median", "p99".
 std::string report_json(const RunFigures& figures);
 
 /// Under a temporary name, then renamed. Errors: io.

@@ -1,6 +1,7 @@
 #pragma once
-// Distribution of a duration: a fixed array of counts, so that a week of samples costs no memory and adding one costs
-// no time (T15). Bins of a quarter millisecond up to two seconds; what is longer counts in the last one.
+// Distribution of a duration: a fixed array of counts, so that a week of samples costs no memory and adding
+// one costs no time (T15). Bins of a quarter millisecond up to two seconds; what is longer counts in the last
+// one.
 
 #include <array>
 #include <cstdint>
@@ -14,7 +15,8 @@ class LatencyHistogram {
   /// Negative durations (clocks that disagree) count as zero.
   void add(Duration duration);
   std::uint64_t count() const { return count_; }
-  /// The smallest duration that `share` (0..1) of the samples do not exceed, in milliseconds to a quarter; 0 when empty.
+  /// The smallest duration that `share` (0..1) of the samples do not exceed, in milliseconds to a quarter; 0
+  /// when empty.
   double quantile_ms(double share) const;
 
  private:

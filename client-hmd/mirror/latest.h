@@ -1,6 +1,7 @@
 #pragma once
-// The newest state, handed from the network's thread to the frame loop: the writer replaces, the reader takes what is
-// there, and neither ever waits for the other's work (V5). The lock is held for the copy of a pointer only.
+// The newest state, handed from the network's thread to the frame loop: the writer replaces, the reader takes
+// what is there, and neither ever waits for the other's work (V5). The lock is held for the copy of a pointer
+// only.
 
 #include <memory>
 #include <mutex>

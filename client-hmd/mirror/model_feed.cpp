@@ -12,11 +12,14 @@
 namespace handloft::client {
 namespace {
 
-constexpr auto rejoin_interval = std::chrono::seconds(1);  ///< A server that keeps sending nonsense costs one snapshot a second.
-constexpr std::size_t max_activities = 64;                 ///< People in one picture.
+constexpr auto rejoin_interval =
+    std::chrono::seconds(1);  ///< A server that keeps sending nonsense costs one snapshot a second.
+constexpr std::size_t max_activities = 64;  ///< People in one picture.
 constexpr std::size_t max_text_bytes = 256;
 
-std::string shortened(const std::string& text) { return text.substr(0, max_text_bytes); }
+std::string shortened(const std::string& text) {
+  return text.substr(0, max_text_bytes);
+}
 
 }  // namespace
 
@@ -51,7 +54,8 @@ struct ModelFeed::Implementation {
     joined_at = clock.now();
     await_snapshot = true;
     if (client == nullptr) return;  // Shutting down.
-    if (const Status sent = client->send(envelope); !sent) log.warning("cannot join: {}", sent.error().describe());
+    if (const Status sent = client->send(envelope); !sent)
+      log.warning("cannot join: {}", sent.error().describe());
   }
 
   void on_connected(const net::ClockOffset& clock_offset) {
@@ -111,7 +115,8 @@ struct ModelFeed::Implementation {
     note_capture(presence.capture_time_ns());
     if (presence.gone()) {
       state.activities.erase(presence.client_id());
-    } else if (state.activities.count(presence.client_id()) != 0 || state.activities.size() < max_activities) {
+    } else if (state.activities.count(presence.client_id()) != 0 ||
+               state.activities.size() < max_activities) {
       state.activities[presence.client_id()] =
           Activity{presence.client_id(), shortened(presence.name()), shortened(presence.tool()),
                    shortened(presence.entity()), presence.symmetry()};
@@ -145,7 +150,8 @@ struct ModelFeed::Implementation {
   }
 };
 
-ModelFeed::ModelFeed(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+ModelFeed::ModelFeed(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
 
 ModelFeed::~ModelFeed() {
   // The client's destructor waits for its thread, whose callbacks use the rest.
@@ -165,7 +171,9 @@ std::unique_ptr<ModelFeed> ModelFeed::start(const net::Endpoint& endpoint, const
   options.program = program_version("handloft-hmd");
   options.reconnect = net::Reconnect::always;
   net::ClientEvents events;
-  events.on_connected = [self](const v1::Welcome&, const net::ClockOffset& offset) { self->on_connected(offset); };
+  events.on_connected = [self](const v1::Welcome&, const net::ClockOffset& offset) {
+    self->on_connected(offset);
+  };
   events.on_message = [self](v1::Envelope& envelope) { self->on_message(envelope); };
   events.on_disconnected = [self](const Error& error) { self->on_disconnected(error); };
   {
@@ -175,7 +183,9 @@ std::unique_ptr<ModelFeed> ModelFeed::start(const net::Endpoint& endpoint, const
   return std::unique_ptr<ModelFeed>(new ModelFeed(std::move(parts)));
 }
 
-std::shared_ptr<const ModelState> ModelFeed::state() const { return implementation_->latest.get(); }
+std::shared_ptr<const ModelState> ModelFeed::state() const {
+  return implementation_->latest.get();
+}
 
 ModelFeedStatistics ModelFeed::statistics() const {
   const std::lock_guard lock(implementation_->statistics_mutex);

@@ -1,7 +1,7 @@
 #pragma once
-// The connection to the model server: joins, mirrors, reconnects and resumes by itself, and hands the newest state to
-// the frame loop, which never waits for it (V5). A refused delta counts, leaves the picture as it was, and makes the
-// feed join again: a reconnect is the same code as a late join (U3).
+// The connection to the model server: joins, mirrors, reconnects and resumes by itself, and hands the newest
+// state to the frame loop, which never waits for it (V5). A refused delta counts, leaves the picture as it
+// was, and makes the feed join again: a reconnect is the same code as a late join (U3).
 
 #include <cstdint>
 #include <map>
@@ -18,7 +18,7 @@ namespace handloft::client {
 
 /// What somebody's hand does, for the HUD.
 struct Activity {
-  std::uint64_t client_id = 0;
+  std::uint64_t client_id = 0;  ///< 0: the hand that tracking follows, nobody else.
   std::string name;
   std::string tool;    ///< "laying points", "fit"; empty: nothing.
   std::string entity;  ///< On which entity.
@@ -29,13 +29,13 @@ struct Activity {
 struct ModelState {
   std::shared_ptr<const Scene> scene = std::make_shared<const Scene>();
   bool connected = false;
-  std::string problem;             ///< Why it is not, in words.
-  std::uint64_t snapshots = 0;     ///< 0: nothing was received yet.
-  TimePoint received_at;           ///< When the newest message of the scene came.
-  TimePoint last_heard;            ///< When anything came at all.
-  TimePoint capture_time;          ///< Of the newest tracking frame that the server has seen, on our clock.
+  std::string problem;          ///< Why it is not, in words.
+  std::uint64_t snapshots = 0;  ///< 0: nothing was received yet.
+  TimePoint received_at;        ///< When the newest message of the scene came.
+  TimePoint last_heard;         ///< When anything came at all.
+  TimePoint capture_time;       ///< Of the newest tracking frame that the server has seen, on our clock.
   bool has_capture_time = false;
-  TimePoint scene_capture_time;    ///< The same, but only of what shaped `scene`, not of presence; 0: none.
+  TimePoint scene_capture_time;  ///< The same, but only of what shaped `scene`, not of presence; 0: none.
   std::map<std::uint64_t, Activity> activities;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// The scene as a viewer holds it: a value made of immutable, shared parts, so that the network thread can build the
-// next one while the frame loop draws the last (V5). Lengths in metres, world frame.
+// The scene as a viewer holds it: a value made of immutable, shared parts, so that the network thread can
+// build the next one while the frame loop draws the last (V5). Lengths in metres, world frame.
 
 #include <array>
 #include <cstdint>

@@ -31,9 +31,12 @@ Vec3f to_float(const std::array<double, 3>& p) {
 }
 
 Result<ShellStyle> check_style(const codec::FuzzyStyle& style, const MirrorLimits& limits) {
-  const auto radius_ok = [&limits](float r) { return std::isfinite(r) && r >= 0.0F && r <= limits.max_radius_m; };
+  const auto radius_ok = [&limits](float r) {
+    return std::isfinite(r) && r >= 0.0F && r <= limits.max_radius_m;
+  };
   const auto alpha_ok = [](float a) { return std::isfinite(a) && a >= 0.0F && a <= 1.0F; };
-  if (!radius_ok(style.radius_m) || !std::all_of(style.shell_radius_m.begin(), style.shell_radius_m.end(), radius_ok)) {
+  if (!radius_ok(style.radius_m) ||
+      !std::all_of(style.shell_radius_m.begin(), style.shell_radius_m.end(), radius_ok)) {
     return corrupt("palette.radius_m", fmt::format("expected radii of 0..{} m", limits.max_radius_m));
   }
   if (!std::all_of(style.shell_alpha.begin(), style.shell_alpha.end(), alpha_ok)) {
@@ -53,7 +56,8 @@ Result<std::shared_ptr<const PointSet>> merge_points(const PointSet* held, const
   const codec::PointTail& tail = *decoded;
   const std::size_t before = held == nullptr ? 0 : held->points.size();
   if (tail.first > before) {
-    return corrupt("points.first", fmt::format("found {}, expected at most the {} points held", tail.first, before));
+    return corrupt("points.first",
+                   fmt::format("found {}, expected at most the {} points held", tail.first, before));
   }
   auto set = std::make_shared<PointSet>();
   if (tail.first > 0) {
@@ -106,17 +110,20 @@ Result<std::shared_ptr<const std::vector<SceneCurve>>> read_curves(const v1::Ent
   std::size_t total = 0;
   for (const v1::Polyline& line : state.curves()) {
     if (line.points().size() % bytes_per_point != 0) {
-      return corrupt("curves.points", fmt::format("found {} bytes, expected a multiple of {}", line.points().size(),
-                                                  bytes_per_point));
+      return corrupt("curves.points", fmt::format("found {} bytes, expected a multiple of {}",
+                                                  line.points().size(), bytes_per_point));
     }
     const std::size_t count = line.points().size() / bytes_per_point;
     total += count;
     if (total > limits.max_curve_points) return too_many("curves", total, limits.max_curve_points);
     SceneCurve curve{std::vector<Vec3f>(count), line.closed(), line.colour_rgba()};
     if (count > 0) std::memcpy(curve.points.data(), line.points().data(), line.points().size());
-    const auto bad = [&limits](float v) { return !std::isfinite(v) || std::abs(v) > limits.max_coordinate_m; };
+    const auto bad = [&limits](float v) {
+      return !std::isfinite(v) || std::abs(v) > limits.max_coordinate_m;
+    };
     for (const Vec3f& p : curve.points) {
-      if (bad(p.x) || bad(p.y) || bad(p.z)) return corrupt("curves.points", "expected finite positions in the room");
+      if (bad(p.x) || bad(p.y) || bad(p.z))
+        return corrupt("curves.points", "expected finite positions in the room");
     }
     curves->push_back(std::move(curve));
   }
@@ -133,7 +140,8 @@ Result<Representation> read_representation(v1::Representation representation) {
     case v1::REPRESENTATION_BOTH:
       return Representation::both;
     default:
-      return corrupt("representation", fmt::format("found {}, expected 0..3", static_cast<int>(representation)));
+      return corrupt("representation",
+                     fmt::format("found {}, expected 0..3", static_cast<int>(representation)));
   }
 }
 
@@ -141,7 +149,8 @@ Result<Representation> read_representation(v1::Representation representation) {
 Result<std::shared_ptr<const Entity>> read_entity(const Entity* held, const v1::EntityState& state,
                                                   const MirrorLimits& limits) {
   if (state.id().empty() || state.id().size() > limits.max_text_bytes) {
-    return corrupt("id", fmt::format("found {} bytes, expected 1..{}", state.id().size(), limits.max_text_bytes));
+    return corrupt("id",
+                   fmt::format("found {} bytes, expected 1..{}", state.id().size(), limits.max_text_bytes));
   }
   if (state.name().size() > limits.max_text_bytes) {
     return corrupt("name", fmt::format("found {} bytes, expected at most {}", state.name().size(),
@@ -165,7 +174,8 @@ Result<std::shared_ptr<const Entity>> read_entity(const Entity* held, const v1::
     entity->points = std::move(*points);
   }
   const std::size_t count = entity->points == nullptr ? 0 : entity->points->points.size();
-  const std::size_t settled = state.provisional() ? std::min<std::size_t>(entity->settled_points, count) : count;
+  const std::size_t settled =
+      state.provisional() ? std::min<std::size_t>(entity->settled_points, count) : count;
   entity->settled_points = static_cast<std::uint32_t>(settled);
   if (!state.surface_shown()) {
     entity->surface = nullptr;
@@ -182,7 +192,8 @@ Result<std::shared_ptr<const Entity>> read_entity(const Entity* held, const v1::
 
 Result<History> read_history(const v1::HistoryState& state, const MirrorLimits& limits) {
   if (state.next_undo().size() > limits.max_text_bytes || state.next_redo().size() > limits.max_text_bytes) {
-    return corrupt("history", fmt::format("expected descriptions of at most {} bytes", limits.max_text_bytes));
+    return corrupt("history",
+                   fmt::format("expected descriptions of at most {} bytes", limits.max_text_bytes));
   }
   return History{state.undo_steps(), state.redo_steps(), state.next_undo(), state.next_redo()};
 }
@@ -271,7 +282,11 @@ Status SceneMirror::count(Result<Scene> next) {
   return {};
 }
 
-Status SceneMirror::apply(const v1::SceneSnapshot& snapshot) { return count(after(snapshot)); }
-Status SceneMirror::apply(const v1::SceneDelta& delta) { return count(after(delta)); }
+Status SceneMirror::apply(const v1::SceneSnapshot& snapshot) {
+  return count(after(snapshot));
+}
+Status SceneMirror::apply(const v1::SceneDelta& delta) {
+  return count(after(delta));
+}
 
 }  // namespace handloft::client

@@ -1,7 +1,8 @@
 #pragma once
-// Snapshots and deltas of the server, checked and applied (architecture idea 5: streams carry state). What comes over
-// the socket may come from anybody: every count, index and number is held against a limit first, and a message that
-// fails is refused whole, leaving the scene as it was. The scene handed out is an immutable value.
+// Snapshots and deltas of the server, checked and applied (architecture idea 5: streams carry state). What
+// comes over the socket may come from anybody: every count, index and number is held against a limit first,
+// and a message that fails is refused whole, leaving the scene as it was. The scene handed out is an
+// immutable value.
 
 #include <cstdint>
 #include <memory>
@@ -35,8 +36,8 @@ class SceneMirror {
 
   /// Replaces everything. Errors: data_corrupt or resource_exhausted, naming the field.
   Status apply(const v1::SceneSnapshot& snapshot);
-  /// Errors: as above; failed_precondition before the first snapshot, or for another epoch or an earlier sequence:
-  /// then a new snapshot is needed (join again).
+  /// Errors: as above; failed_precondition before the first snapshot, or for another epoch or an earlier
+  /// sequence: then a new snapshot is needed (join again).
   Status apply(const v1::SceneDelta& delta);
 
   /// Never null; the same pointer until something is applied.

@@ -97,7 +97,8 @@ Result<FlatPass> FlatPass::create() {
   pass.program_ = std::move(*program);
   pass.array_ = GlVertexArray::create();
   pass.buffer_ = GlBuffer::create();
-  for (auto [font, height] : {std::pair{&pass.small_, small_font_px}, std::pair{&pass.large_, large_font_px}}) {
+  for (auto [font, height] :
+       {std::pair{&pass.small_, small_font_px}, std::pair{&pass.large_, large_font_px}}) {
     Result<FontAtlas> atlas = FontAtlas::load(font_family, height);
     if (!atlas) return atlas.error();
     font->atlas = std::move(*atlas);
@@ -109,7 +110,8 @@ Result<FlatPass> FlatPass::create() {
   glBindBuffer(GL_ARRAY_BUFFER, pass.buffer_.id());
   const auto attribute = [](GLuint index, GLint count, std::size_t at) {
     glEnableVertexAttribArray(index);
-    glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(Vertex), reinterpret_cast<const void*>(at));
+    glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(Vertex),
+                          reinterpret_cast<const void*>(at));
   };
   attribute(0, 3, offsetof(Vertex, position));
   attribute(1, 2, offsetof(Vertex, uv));
@@ -194,13 +196,17 @@ void FlatPass::draw_palette(const Frame& frame, const EyeUniforms& eye) {
                       {1.0F, 0.0F, 0.0F},
                       {0.0F, -1.0F, 0.0F}};
     // Linear colours here: this goes into the lit picture.
-    const glm::vec4 rim = touched ? glm::vec4(0.75F, 0.16F, 0.035F, 0.95F) : glm::vec4(0.10F, 0.13F, 0.18F, 0.55F);
-    const glm::vec4 face = touched ? glm::vec4(1.0F, 0.86F, 0.76F, 0.97F) : glm::vec4(0.86F, 0.87F, 0.885F, 0.92F);
-    const glm::vec4 ink = touched ? glm::vec4(0.42F, 0.06F, 0.01F, 1.0F) : glm::vec4(0.018F, 0.035F, 0.07F, 0.95F);
+    const glm::vec4 rim =
+        touched ? glm::vec4(0.75F, 0.16F, 0.035F, 0.95F) : glm::vec4(0.10F, 0.13F, 0.18F, 0.55F);
+    const glm::vec4 face =
+        touched ? glm::vec4(1.0F, 0.86F, 0.76F, 0.97F) : glm::vec4(0.86F, 0.87F, 0.885F, 0.92F);
+    const glm::vec4 ink =
+        touched ? glm::vec4(0.42F, 0.06F, 0.01F, 1.0F) : glm::vec4(0.018F, 0.035F, 0.07F, 0.95F);
     constexpr float rim_m = 0.0007F;
     add_panel(sheet, {{-w / 2, -h / 2}, {w, h}, 0.006F, rim});
     add_panel(sheet, {{-w / 2 + rim_m, -h / 2 + rim_m}, {w - 2 * rim_m, h - 2 * rim_m}, 0.0055F, face});
-    add_text(sheet, large_, {std::string(sign_of(cell.command)), {0.0F, 0.0005F}, 0.021F, ink, TextAlign::centre});
+    add_text(sheet, large_,
+             {std::string(sign_of(cell.command)), {0.0F, 0.0005F}, 0.021F, ink, TextAlign::centre});
 
     // The label in one line where it fits, else smaller: never outside its cell.
     constexpr float preferred_m = 0.0085F;
@@ -220,7 +226,8 @@ void FlatPass::draw_overlay(const Overlay& overlay, int width_px, int height_px)
   for (const OverlayPanel& panel : overlay.panels) add_panel(sheet, panel);
   for (const OverlayText& text : overlay.texts) add_text(sheet, small_, text);
   glDisable(GL_DEPTH_TEST);
-  flush(glm::ortho(0.0F, static_cast<float>(width_px), static_cast<float>(height_px), 0.0F, -1.0F, 1.0F), small_);
+  flush(glm::ortho(0.0F, static_cast<float>(width_px), static_cast<float>(height_px), 0.0F, -1.0F, 1.0F),
+        small_);
 }
 
 }  // namespace handloft::client

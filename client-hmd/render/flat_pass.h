@@ -1,5 +1,6 @@
 #pragma once
-// Rounded panels and text, flat: the HUD in pixels of the output, and the palette's cells on the table in metres.
+// Rounded panels and text, flat: the HUD in pixels of the output, and the palette's cells on the table in
+// metres.
 
 #include "client-hmd/render/font_atlas.h"
 #include "client-hmd/render/frame.h"

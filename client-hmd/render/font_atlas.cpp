@@ -16,7 +16,8 @@ constexpr int padding_px = 4;  ///< Enough that mipmaps of a label do not bleed 
 constexpr std::u32string_view signs = U"·•●○–—±²°µ×↶↷◐◠✚∴⌖⇄⚠…";
 
 std::string find_font_file(std::string_view family) {
-  const std::unique_ptr<FcConfig, decltype(&FcConfigDestroy)> config(FcInitLoadConfigAndFonts(), FcConfigDestroy);
+  const std::unique_ptr<FcConfig, decltype(&FcConfigDestroy)> config(FcInitLoadConfigAndFonts(),
+                                                                     FcConfigDestroy);
   if (config == nullptr) return {};
   const std::string name(family);
   const std::unique_ptr<FcPattern, decltype(&FcPatternDestroy)> pattern(
@@ -112,8 +113,13 @@ Result<FontAtlas> FontAtlas::load(std::string_view family, int pixel_height) {
       std::copy_n(bitmap.buffer + row * bitmap.pitch, w,
                   atlas.coverage_.begin() + static_cast<std::ptrdiff_t>(y + row) * atlas_width_px + x);
     }
-    atlas.glyphs_[c] = Glyph{x, y, w, h, static_cast<float>(slot->bitmap_left),
-                             static_cast<float>(slot->bitmap_top), static_cast<float>(slot->advance.x) / 64.0F};
+    atlas.glyphs_[c] = Glyph{x,
+                             y,
+                             w,
+                             h,
+                             static_cast<float>(slot->bitmap_left),
+                             static_cast<float>(slot->bitmap_top),
+                             static_cast<float>(slot->advance.x) / 64.0F};
     x += w + padding_px;
   }
   atlas.height_ = static_cast<int>(atlas.coverage_.size() / atlas_width_px);

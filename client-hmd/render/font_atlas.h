@@ -1,6 +1,6 @@
 #pragma once
-// Glyphs in one picture, drawn by FreeType from the font that fontconfig names. For the HUD, the table's labels and
-// their signs. Pure CPU: no OpenGL here.
+// Glyphs in one picture, drawn by FreeType from the font that fontconfig names. For the HUD, the table's
+// labels and their signs. Pure CPU: no OpenGL here.
 
 #include <cstdint>
 #include <map>
@@ -20,8 +20,8 @@ struct Glyph {
 
 class FontAtlas {
  public:
-  /// `pixel_height`: of the em. Errors: not_found when no font is installed, naming a package; io when FreeType
-  /// cannot read it.
+  /// `pixel_height`: of the em. Errors: not_found when no font is installed, naming a package; io when
+  /// FreeType cannot read it.
   static Result<FontAtlas> load(std::string_view family, int pixel_height);
 
   int width() const { return width_; }

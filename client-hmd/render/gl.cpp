@@ -69,8 +69,12 @@ Result<GlProgram> GlProgram::build(std::string_view name, std::span<const std::s
   return make_error(ErrorCode::internal, "program " + std::string(name) + " does not link: " + log);
 }
 
-void GlProgram::set(const char* name, int value) const { glUniform1i(glGetUniformLocation(id_, name), value); }
-void GlProgram::set(const char* name, float value) const { glUniform1f(glGetUniformLocation(id_, name), value); }
+void GlProgram::set(const char* name, int value) const {
+  glUniform1i(glGetUniformLocation(id_, name), value);
+}
+void GlProgram::set(const char* name, float value) const {
+  glUniform1f(glGetUniformLocation(id_, name), value);
+}
 void GlProgram::set(const char* name, const glm::vec2& value) const {
   glUniform2fv(glGetUniformLocation(id_, name), 1, glm::value_ptr(value));
 }

@@ -18,8 +18,9 @@ Status check_same_size(const Image& a, const Image& b) {
       !a.rgba.empty()) {
     return {};
   }
-  return make_error(ErrorCode::invalid_argument, fmt::format("pictures of {}x{} and {}x{} cannot be compared",
-                                                             a.width_px, a.height_px, b.width_px, b.height_px));
+  return make_error(ErrorCode::invalid_argument,
+                    fmt::format("pictures of {}x{} and {}x{} cannot be compared", a.width_px, a.height_px,
+                                b.width_px, b.height_px));
 }
 
 double luma(const Image& image, int x, int y) {
@@ -69,8 +70,8 @@ Result<Image> read_png(const std::filesystem::path& path) {
   if (png.width > max_side_px || png.height > max_side_px) {
     png_image_free(&png);
     return make_error(ErrorCode::resource_exhausted,
-                      fmt::format("{}: {}x{} is larger than {} px a side", path.string(), png.width, png.height,
-                                  max_side_px));
+                      fmt::format("{}: {}x{} is larger than {} px a side", path.string(), png.width,
+                                  png.height, max_side_px));
   }
   png.format = PNG_FORMAT_RGBA;
   Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}};

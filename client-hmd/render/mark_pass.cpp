@@ -209,8 +209,8 @@ void MarkPass::draw_opaque(const Frame& frame, const EyeUniforms& eye) {
   if (vertices.empty()) return;
   glBindVertexArray(ribbon_array_.id());
   glBindBuffer(GL_ARRAY_BUFFER, ribbon_buffer_.id());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(RibbonVertex)), vertices.data(),
-               GL_STREAM_DRAW);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(RibbonVertex)),
+               vertices.data(), GL_STREAM_DRAW);
   const auto attribute = [](GLuint index, GLint count, std::size_t at) {
     glEnableVertexAttribArray(index);
     glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(RibbonVertex),

@@ -1,6 +1,6 @@
 #pragma once
-// The cursor and other marks in space: fingertips as small lit balls, the ring that shows pressure, the plane of
-// symmetry, and curves as ribbons of constant width on the screen.
+// The cursor and other marks in space: fingertips as small lit balls, the ring that shows pressure, the plane
+// of symmetry, and curves as ribbons of constant width on the screen.
 
 #include "client-hmd/render/frame.h"
 #include "client-hmd/render/surface_pass.h"

@@ -11,10 +11,11 @@ namespace handloft::client {
 namespace {
 
 Error refused(const char* step) {
-  return make_error(ErrorCode::unsupported,
-                    fmt::format("no offscreen OpenGL 3.3: {} failed with EGL error {:#06x}; is libegl-mesa0 and "
-                                "libgl1-mesa-dri (or a driver with EGL) installed?",
-                                step, static_cast<unsigned>(eglGetError())));
+  return make_error(
+      ErrorCode::unsupported,
+      fmt::format("no offscreen OpenGL 3.3: {} failed with EGL error {:#06x}; is libegl-mesa0 and "
+                  "libgl1-mesa-dri (or a driver with EGL) installed?",
+                  step, static_cast<unsigned>(eglGetError())));
 }
 
 EGLDisplay open_display() {

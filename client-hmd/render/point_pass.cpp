@@ -77,7 +77,9 @@ constexpr glm::vec3 laid_ink{0.012F, 0.055F, 0.17F};
 constexpr glm::vec3 provisional_ink{0.75F, 0.16F, 0.035F};
 constexpr float smallest_point_px = 1.6F;
 
-const void* offset(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
+const void* offset(std::size_t bytes) {
+  return reinterpret_cast<const void*>(bytes);
+}
 
 }  // namespace
 
@@ -121,7 +123,8 @@ void PointPass::update(const Scene& scene) {
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(set.points.size() * sizeof(FuzzyPoint)),
                  set.points.data(), GL_DYNAMIC_DRAW);
     glEnableVertexAttribArray(0);
-    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(FuzzyPoint), offset(offsetof(FuzzyPoint, position)));
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(FuzzyPoint),
+                          offset(offsetof(FuzzyPoint, position)));
     glVertexAttribDivisor(0, 1);
     glEnableVertexAttribArray(1);
     glVertexAttribIPointer(1, 1, GL_UNSIGNED_INT, sizeof(FuzzyPoint), offset(offsetof(FuzzyPoint, style)));

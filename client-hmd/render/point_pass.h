@@ -1,7 +1,8 @@
 #pragma once
-// Fuzzy points (A2, A3): five nested transparent spheres each, drawn as one camera-facing disc whose fragments
-// composite, from the outermost to the innermost, the shells that their line of sight through the centre's plane
-// meets. The result is the staircase of A3; radii and opacities come from the server, so that all viewers agree.
+// Fuzzy points (A2, A3): five nested transparent spheres each, drawn as one camera-facing disc whose
+// fragments composite, from the outermost to the innermost, the shells that their line of sight through the
+// centre's plane meets. The result is the staircase of A3; radii and opacities come from the server, so that
+// all viewers agree.
 
 #include <map>
 #include <memory>

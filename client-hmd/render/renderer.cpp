@@ -6,8 +6,8 @@
 
 #include "client-hmd/render/flat_pass.h"
 #include "client-hmd/render/mark_pass.h"
-#include "client-hmd/render/targets.h"
 #include "client-hmd/render/stage_pass.h"
+#include "client-hmd/render/targets.h"
 
 namespace handloft::client {
 namespace {
@@ -93,8 +93,9 @@ struct Renderer::Implementation {
     marks.draw_transparent(frame, eye, which);
   }
 
-  /// Surfaces first, then the points on top of them: a thin layer of ink just before a nearly opaque one is where the
-  /// weighted average errs most. Between the two, what is at least half opaque hides the points behind it.
+  /// Surfaces first, then the points on top of them: a thin layer of ink just before a nearly opaque one is
+  /// where the weighted average errs most. Between the two, what is at least half opaque hides the points
+  /// behind it.
   void blend_weighted(const Frame& frame, const EyeUniforms& eye) {
     begin_sums();
     surfaces.draw(*resident, eye, Stage::weighted);
@@ -230,14 +231,14 @@ struct Renderer::Implementation {
   }
 };
 
-Renderer::Renderer(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+Renderer::Renderer(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
 Renderer::~Renderer() = default;
 
 Result<std::unique_ptr<Renderer>> Renderer::create() {
   if (epoxy_gl_version() < 33) {
-    return make_error(ErrorCode::unsupported,
-                      fmt::format("found OpenGL {}.{}, expected 3.3 or later", epoxy_gl_version() / 10,
-                                  epoxy_gl_version() % 10));
+    return make_error(ErrorCode::unsupported, fmt::format("found OpenGL {}.{}, expected 3.3 or later",
+                                                          epoxy_gl_version() / 10, epoxy_gl_version() % 10));
   }
   auto parts = std::make_unique<Implementation>();
   const auto take = [](auto result, auto& into) -> Status {
@@ -252,7 +253,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create() {
   for (const Status& made :
        {take(StagePass::create(), parts->stage), take(SurfacePass::create(), parts->surfaces),
         take(PointPass::create(), parts->points), take(MarkPass::create(), parts->marks),
-        take(FlatPass::create(), parts->flat), take(GlProgram::build("resolve", vertex, resolve), parts->resolve),
+        take(FlatPass::create(), parts->flat),
+        take(GlProgram::build("resolve", vertex, resolve), parts->resolve),
         take(GlProgram::build("copy", vertex, copy), parts->copy),
         take(GlProgram::build("present", vertex, present), parts->present)}) {
     if (!made) return made.error();
@@ -272,7 +274,8 @@ Status Renderer::draw_offscreen(const Frame& frame, const RenderOptions& options
   if (const Status sized = implementation_->output.resize(pinhole.width_px, pinhole.height_px); !sized) {
     return sized.error();
   }
-  if (const Status drawn = implementation_->draw(frame, options, implementation_->output.framebuffer()); !drawn) {
+  if (const Status drawn = implementation_->draw(frame, options, implementation_->output.framebuffer());
+      !drawn) {
     return drawn.error();
   }
   glFinish();  // The frame counts when it is there, not when it is queued.
@@ -296,6 +299,8 @@ Result<Image> Renderer::draw_to_image(const Frame& frame, const RenderOptions& o
   return image;
 }
 
-float Renderer::measure_text(std::string_view utf8) const { return implementation_->flat.measure(utf8); }
+float Renderer::measure_text(std::string_view utf8) const {
+  return implementation_->flat.measure(utf8);
+}
 
 }  // namespace handloft::client

@@ -1,7 +1,7 @@
 #pragma once
-// The one renderer, for windows and offscreen alike (V4). The picture is composed in linear light in this order:
-// backdrop or film, table, palette, opaque things, transparent things by weighted blending (V2), cursor; then it is
-// warped to the display time (V1), encoded to sRGB, and the HUD is laid over it.
+// The one renderer, for windows and offscreen alike (V4). The picture is composed in linear light in this
+// order: backdrop or film, table, palette, opaque things, transparent things by weighted blending (V2),
+// cursor; then it is warped to the display time (V1), encoded to sRGB, and the HUD is laid over it.
 //
 // All calls from one thread with a current OpenGL 3.3 context, also the destructor.
 
@@ -15,7 +15,8 @@ namespace handloft::client {
 struct RenderOptions {
   Transparency transparency = Transparency::weighted_blended;
   TransparencyWeights weights;
-  /// The scene is drawn with this many pixels a side for each of the output and averaged: 1 while moving, 2 for stills.
+  /// The scene is drawn with this many pixels a side for each of the output and averaged: 1 while moving, 2
+  /// for stills.
   int supersampling = 1;
 };
 
@@ -29,7 +30,8 @@ class Renderer {
 
   /// Draws into framebuffer `target` (0: the window) at the size of the eye's pinhole.
   Status draw(const Frame& frame, const RenderOptions& options, unsigned target = 0);
-  /// The same into memory. Errors: invalid_argument for an impossible pinhole; resource_exhausted when it is too large.
+  /// The same into memory. Errors: invalid_argument for an impossible pinhole; resource_exhausted when it is
+  /// too large.
   Result<Image> draw_to_image(const Frame& frame, const RenderOptions& options);
   /// Into a framebuffer of the renderer's own, without reading it back: for a frame loop without a window.
   Status draw_offscreen(const Frame& frame, const RenderOptions& options);

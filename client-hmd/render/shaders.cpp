@@ -50,8 +50,8 @@ void emit(vec3 colour, float alpha, float eye_depth) {
 }
 )glsl";
 
-// Lamps as in a car designer's studio: a bright sky, a warm floor, one key light, and a ceiling of long soft strips
-// whose reflections flow over the surface and break where its curvature does.
+// Lamps as in a car designer's studio: a bright sky, a warm floor, one key light, and a ceiling of long soft
+// strips whose reflections flow over the surface and break where its curvature does.
 const std::string_view studio_light_glsl = R"glsl(
 float soft_strip(float x, float half_width, float softness) {
   return 1.0 - smoothstep(half_width - softness, half_width + softness, abs(x));
@@ -74,7 +74,7 @@ vec3 studio_light(vec3 normal, vec3 to_eye, vec3 base, float gloss) {
   float fresnel = 0.05 + 0.55 * grazing;
   vec3 half_way = normalize(key + to_eye);
   float glint = pow(max(dot(normal, half_way), 0.0), 90.0);
-  colour += gloss * (vec3(1.0, 0.99, 0.97) * strips * (0.16 + fresnel) + vec3(0.45) * glint +
+  colour += gloss * (vec3(1.0, 0.99, 0.97) * strips * (0.10 + 0.8 * fresnel) + vec3(0.45) * glint +
                      vec3(0.75, 0.80, 0.86) * fresnel * 0.45 * (mirrored.z * 0.5 + 0.5));
   return colour;
 }

@@ -7,9 +7,10 @@ namespace handloft::client {
 namespace {
 
 constexpr int shadow_side_px = 256;
-constexpr float shadow_half_extent_m = 0.36F;  ///< Half the side of the square of the table that can be in shadow.
-constexpr float shadow_blur_px = 5.0F;         ///< Standard deviation: 14 mm, the softness of a large lamp.
-constexpr float table_radius_m = 1.1F;         ///< Where the table has faded into the backdrop.
+constexpr float shadow_half_extent_m =
+    0.36F;                              ///< Half the side of the square of the table that can be in shadow.
+constexpr float shadow_blur_px = 5.0F;  ///< Standard deviation: 14 mm, the softness of a large lamp.
+constexpr float table_radius_m = 1.1F;  ///< Where the table has faded into the backdrop.
 
 constexpr std::string_view backdrop_glsl = R"glsl(
 in vec2 uv;
@@ -69,8 +70,8 @@ void main() {
 }
 )glsl";
 
-// Grid lines one pixel wide at every distance (Ben Golus, "The best darn grid shader (yet)", without its phone-wire
-// part): a line narrower than a pixel is drawn a pixel wide and as much paler.
+// Grid lines one pixel wide at every distance (Ben Golus, "The best darn grid shader (yet)", without its
+// phone-wire part): a line narrower than a pixel is drawn a pixel wide and as much paler.
 constexpr std::string_view table_fragment_glsl = R"glsl(
 in vec2 at;
 in vec3 to_table;

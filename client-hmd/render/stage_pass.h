@@ -1,6 +1,6 @@
 #pragma once
-// What lies behind and under the work: the filmed picture (V1) or, without one, a studio's backdrop; the table with
-// its grid, and the soft shadow that the work casts on it, which tells how high it floats.
+// What lies behind and under the work: the filmed picture (V1) or, without one, a studio's backdrop; the
+// table with its grid, and the soft shadow that the work casts on it, which tells how high it floats.
 
 #include "client-hmd/render/frame.h"
 #include "client-hmd/render/point_pass.h"

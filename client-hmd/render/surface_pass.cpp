@@ -51,10 +51,12 @@ struct Material {
   glm::vec3 back;
 };
 // Linear RGB: satin silver for what rests, a cool blue for what gestures act on.
-constexpr Material resting{{0.50F, 0.515F, 0.53F}, {0.42F, 0.34F, 0.28F}};
+constexpr Material resting{{0.330F, 0.345F, 0.365F}, {0.36F, 0.29F, 0.24F}};
 constexpr Material selected{{0.235F, 0.375F, 0.53F}, {0.46F, 0.36F, 0.28F}};
 
-const void* offset(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
+const void* offset(std::size_t bytes) {
+  return reinterpret_cast<const void*>(bytes);
+}
 
 }  // namespace
 
@@ -100,8 +102,9 @@ void SurfacePass::update(const Scene& scene) {
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(SurfaceVertex)),
                  mesh.vertices.data(), GL_DYNAMIC_DRAW);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, resident.indices.id());
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)),
-                 mesh.indices.data(), GL_DYNAMIC_DRAW);
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER,
+                 static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)), mesh.indices.data(),
+                 GL_DYNAMIC_DRAW);
     const auto attribute = [](GLuint index, GLint count, std::size_t at) {
       glEnableVertexAttribArray(index);
       glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(SurfaceVertex), offset(at));

@@ -1,6 +1,6 @@
 #pragma once
-// Surfaces with an opacity at every vertex (V3, A23): two-sided, lit as in a studio, so that reflections tell the
-// curvature. A thin line marks opacity 0.5, which is the contour that an export trims to (A26).
+// Surfaces with an opacity at every vertex (V3, A23): two-sided, lit as in a studio, so that reflections tell
+// the curvature. A thin line marks opacity 0.5, which is the contour that an export trims to (A26).
 
 #include <map>
 #include <memory>

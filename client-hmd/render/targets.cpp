@@ -5,7 +5,8 @@
 namespace handloft::client {
 namespace {
 
-GlTexture make_texture(GLint internal_format, GLenum format, GLenum type, GLint filter, int width, int height) {
+GlTexture make_texture(GLint internal_format, GLenum format, GLenum type, GLint filter, int width,
+                       int height) {
   GlTexture texture = GlTexture::create();
   glBindTexture(GL_TEXTURE_2D, texture.id());
   glTexImage2D(GL_TEXTURE_2D, 0, internal_format, width, height, 0, format, type, nullptr);
@@ -44,9 +45,9 @@ Status Targets::resize(int width_px, int height_px) {
   GLint largest = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   if (width_px > largest || height_px > largest) {
-    return make_error(ErrorCode::resource_exhausted,
-                      fmt::format("a picture of {}x{} px is larger than this card's {} px", width_px, height_px,
-                                  largest));
+    return make_error(
+        ErrorCode::resource_exhausted,
+        fmt::format("a picture of {}x{} px is larger than this card's {} px", width_px, height_px, largest));
   }
   *this = Targets();
   picture_ = make_texture(GL_RGBA16F, GL_RGBA, GL_FLOAT, GL_LINEAR, width_px, height_px);
@@ -66,8 +67,8 @@ void Targets::begin_peeling() {
   if (!layer_colour_) {
     layer_colour_ = make_texture(GL_RGBA16F, GL_RGBA, GL_FLOAT, GL_NEAREST, width_px_, height_px_);
     for (std::size_t i = 0; i < 2; ++i) {
-      layer_depths_[i] = make_texture(GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, GL_NEAREST, width_px_,
-                                      height_px_);
+      layer_depths_[i] = make_texture(GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, GL_NEAREST,
+                                      width_px_, height_px_);
       layer_targets_[i] = make_target({layer_colour_.id()}, layer_depths_[i].id());
     }
     peeled_target_ = make_target({sum_.id()}, 0);

@@ -1,6 +1,6 @@
 #pragma once
-// The pictures that a frame is composed in: the linear one with depth, the sums of weighted blending, and the layers
-// of depth peeling.
+// The pictures that a frame is composed in: the linear one with depth, the sums of weighted blending, and the
+// layers of depth peeling.
 
 #include <array>
 
@@ -18,9 +18,7 @@ class Targets {
 
   /// Makes the layers on first use and clears the sum and the depth before the first layer.
   void begin_peeling();
-  void bind_layer(int layer) const {
-    glBindFramebuffer(GL_FRAMEBUFFER, layer_targets_[parity(layer)].id());
-  }
+  void bind_layer(int layer) const { glBindFramebuffer(GL_FRAMEBUFFER, layer_targets_[parity(layer)].id()); }
   void bind_peeled_sum() const { glBindFramebuffer(GL_FRAMEBUFFER, peeled_target_.id()); }
 
   GLuint picture() const { return picture_.id(); }

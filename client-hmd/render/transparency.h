@@ -1,12 +1,12 @@
 #pragma once
-// Order-independent transparency (V2): McGuire and Bavoil, "Weighted Blended Order-Independent Transparency", JCGT
-// 2013. One pass sums premultiplied colours with a weight that falls with depth; the resolve divides by the sum of
-// weights. Exact for one layer; for more it is an average in favour of what is near. Surfaces are blended first and the
-// points over them, since ink just before a nearly opaque layer is where the average errs most. Depth peeling is the
-// reference.
+// Order-independent transparency (V2): McGuire and Bavoil, "Weighted Blended Order-Independent Transparency",
+// JCGT 2013. One pass sums premultiplied colours with a weight that falls with depth; the resolve divides by
+// the sum of weights. Exact for one layer; for more it is an average in favour of what is near. Surfaces are
+// blended first and the points over them, since ink just before a nearly opaque layer is where the average
+// errs most. Depth peeling is the reference.
 //
-// The weight falls by a factor e every `falloff_m`, so that in a scene of a few decimetres the front layer wins, and
-// is clamped such that 500 opaque layers stay below the largest half float (65504).
+// The weight falls by a factor e every `falloff_m`, so that in a scene of a few decimetres the front layer
+// wins, and is clamped such that 500 opaque layers stay below the largest half float (65504).
 
 #include <algorithm>
 #include <cmath>
@@ -19,9 +19,9 @@ enum class Transparency {
 };
 
 struct TransparencyWeights {
-  float reference_m = 0.5F;   ///< Depth of weight 1: an arm's length.
-  float falloff_m = 0.05F;    ///< The thickness of a typical shape.
-  float smallest = 1e-3F;     ///< Far layers still count where nothing is before them.
+  float reference_m = 0.5F;  ///< Depth of weight 1: an arm's length.
+  float falloff_m = 0.05F;   ///< The thickness of a typical shape.
+  float smallest = 1e-3F;    ///< Far layers still count where nothing is before them.
   float largest = 100.0F;
 };
 

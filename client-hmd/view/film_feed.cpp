@@ -29,9 +29,10 @@ Result<Pixels> decode_jpeg(const net::VideoFrame& frame) {
   if (decoder == nullptr) return make_error(ErrorCode::internal, "TurboJPEG does not start");
   int width = 0, height = 0, subsampling = 0, colour_space = 0;
   const auto bytes = static_cast<unsigned long>(frame.bytes.size());
-  if (tjDecompressHeader3(decoder.get(), frame.bytes.data(), bytes, &width, &height, &subsampling, &colour_space) !=
-      0) {
-    return make_error(ErrorCode::data_corrupt, fmt::format("no JPEG: {}", tjGetErrorStr2(decoder.get())), "video");
+  if (tjDecompressHeader3(decoder.get(), frame.bytes.data(), bytes, &width, &height, &subsampling,
+                          &colour_space) != 0) {
+    return make_error(ErrorCode::data_corrupt, fmt::format("no JPEG: {}", tjGetErrorStr2(decoder.get())),
+                      "video");
   }
   if (width != static_cast<int>(frame.info.width_px) || height != static_cast<int>(frame.info.height_px)) {
     return make_error(ErrorCode::data_corrupt,
@@ -42,13 +43,15 @@ Result<Pixels> decode_jpeg(const net::VideoFrame& frame) {
   Pixels rgba(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   if (tjDecompress2(decoder.get(), frame.bytes.data(), bytes, rgba.data(), width, 0, height, TJPF_RGBA,
                     TJFLAG_FASTDCT) != 0) {
-    return make_error(ErrorCode::data_corrupt, fmt::format("a broken JPEG: {}", tjGetErrorStr2(decoder.get())),
-                      "video");
+    return make_error(ErrorCode::data_corrupt,
+                      fmt::format("a broken JPEG: {}", tjGetErrorStr2(decoder.get())), "video");
   }
   return rgba;
 }
 
-std::uint8_t to_byte(double value) { return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0)); }
+std::uint8_t to_byte(double value) {
+  return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
+}
 
 /// ITU-R BT.601, full range, as webcams send it.
 void append_yuv(double y, double u, double v, Pixels& out) {
@@ -137,7 +140,8 @@ struct FilmFeed::Implementation {
   }
 };
 
-FilmFeed::FilmFeed(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+FilmFeed::FilmFeed(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
 
 FilmFeed::~FilmFeed() {
   {
@@ -181,10 +185,9 @@ std::shared_ptr<const FilmFrame> FilmFeed::newest(std::uint32_t camera) {
     self.complained = true;
     return self.shown;
   }
-  self.shown = std::make_shared<const FilmFrame>(
-      FilmFrame{self.raw.info.camera, ++self.serial, self.raw.info.exposure_time,
-                static_cast<int>(self.raw.info.width_px), static_cast<int>(self.raw.info.height_px),
-                std::move(*rgba)});
+  self.shown = std::make_shared<const FilmFrame>(FilmFrame{
+      self.raw.info.camera, ++self.serial, self.raw.info.exposure_time,
+      static_cast<int>(self.raw.info.width_px), static_cast<int>(self.raw.info.height_px), std::move(*rgba)});
   return self.shown;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
-// The daemon's pictures from shared memory, newest wins: copied out and decoded when the frame loop asks for one, so
-// that nobody decodes what nobody sees. Connecting happens on a thread of its own; the frame loop never waits (V5).
+// The daemon's pictures from shared memory, newest wins: copied out and decoded when the frame loop asks for
+// one, so that nobody decodes what nobody sees. Connecting happens on a thread of its own; the frame loop
+// never waits (V5).
 
 #include <cstdint>
 #include <memory>
@@ -38,8 +39,8 @@ class FilmFeed {
   FilmFeed(const FilmFeed&) = delete;
   FilmFeed& operator=(const FilmFeed&) = delete;
 
-  /// The newest picture of `camera`; the one returned before when there is no newer; null when there is none at all.
-  /// Called by one thread.
+  /// The newest picture of `camera`; the one returned before when there is no newer; null when there is none
+  /// at all. Called by one thread.
   std::shared_ptr<const FilmFrame> newest(std::uint32_t camera);
   /// The daemon was started anew: its memory is another one.
   void reconnect();

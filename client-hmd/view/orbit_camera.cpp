@@ -36,7 +36,8 @@ void OrbitCamera::pan(double right, double up) {
 void OrbitCamera::zoom(double factor) {
   constexpr double nearest_m = 0.05;
   constexpr double farthest_m = 5.0;
-  if (std::isfinite(factor) && factor > 0.0) distance_m = std::clamp(distance_m / factor, nearest_m, farthest_m);
+  if (std::isfinite(factor) && factor > 0.0)
+    distance_m = std::clamp(distance_m / factor, nearest_m, farthest_m);
 }
 
 void OrbitCamera::look(StandardView view) {

@@ -18,22 +18,23 @@ Status check_pinhole(const Pinhole& camera) {
   constexpr int max_side_px = 16384;
   const auto side_ok = [](int side) { return side >= 1 && side <= max_side_px; };
   if (!side_ok(camera.width_px) || !side_ok(camera.height_px)) {
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found {}x{}, expected 1..{} px a side", camera.width_px, camera.height_px,
-                                  max_side_px),
-                      "width_px");
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found {}x{}, expected 1..{} px a side", camera.width_px, camera.height_px, max_side_px),
+        "width_px");
   }
   const auto positive = [](double value) { return std::isfinite(value) && value > 0.0; };
   if (!positive(camera.fx_px) || !positive(camera.fy_px)) {
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found ({}, {}), expected positive focal lengths", camera.fx_px, camera.fy_px),
-                      "fx_px");
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found ({}, {}), expected positive focal lengths", camera.fx_px, camera.fy_px), "fx_px");
   }
-  const bool finite =
-      std::isfinite(camera.cx_px) && std::isfinite(camera.cy_px) &&
-      std::all_of(camera.distortion.begin(), camera.distortion.end(), [](double k) { return std::isfinite(k); });
+  const bool finite = std::isfinite(camera.cx_px) && std::isfinite(camera.cy_px) &&
+                      std::all_of(camera.distortion.begin(), camera.distortion.end(),
+                                  [](double k) { return std::isfinite(k); });
   if (!finite) {
-    return make_error(ErrorCode::invalid_argument, "expected a finite principal point and distortion", "cx_px");
+    return make_error(ErrorCode::invalid_argument, "expected a finite principal point and distortion",
+                      "cx_px");
   }
   return {};
 }
@@ -82,7 +83,8 @@ glm::dmat4 projection_matrix(const Pinhole& pinhole, const DepthRange& depth) {
   const double h = pinhole.height_px;
   const double n = depth.near_m;
   const double f = depth.far_m;
-  // Window x = pixel + 1/2, window y counts upwards: ndc_x = 2 (fx X/Z + cx + 1/2) / w - 1, ndc_y the other way round.
+  // Window x = pixel + 1/2, window y counts upwards: ndc_x = 2 (fx X/Z + cx + 1/2) / w - 1, ndc_y the other
+  // way round.
   glm::dmat4 m(0.0);
   m[0][0] = 2.0 * pinhole.fx_px / w;
   m[1][1] = 2.0 * pinhole.fy_px / h;

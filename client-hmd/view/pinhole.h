@@ -1,8 +1,8 @@
 #pragma once
-// The camera that a picture is drawn through. Virtual content registers with the filmed picture when both go through
-// the same pinhole (V1): the film is undistorted into it in the shader, the scene is projected with its matrix.
-// Camera frame: x right, y down, z forward; pixels with the centre of the top left pixel at (0, 0) (OpenCV's).
-// Eye frame: x right, y up, z backwards (OpenGL's).
+// The camera that a picture is drawn through. Virtual content registers with the filmed picture when both go
+// through the same pinhole (V1): the film is undistorted into it in the shader, the scene is projected with
+// its matrix. Camera frame: x right, y down, z forward; pixels with the centre of the top left pixel at (0,
+// 0) (OpenCV's). Eye frame: x right, y up, z backwards (OpenGL's).
 
 #include <array>
 #include <glm/glm.hpp>
@@ -12,7 +12,8 @@
 
 namespace handloft::client {
 
-/// Intrinsics with Brown-Conrady distortion k1, k2, p1, p2, k3. The pixel grid is that of `width_px` x `height_px`.
+/// Intrinsics with Brown-Conrady distortion k1, k2, p1, p2, k3. The pixel grid is that of `width_px` x
+/// `height_px`.
 struct Pinhole {
   int width_px = 1280;
   int height_px = 720;
@@ -43,12 +44,12 @@ struct Eye {
   glm::dmat4 eye_from_world() const;
 };
 
-/// Errors: invalid_argument naming the field for a size outside 1..16384 px, a focal length that is not positive and
-/// finite, or a principal point or distortion that is not finite.
+/// Errors: invalid_argument naming the field for a size outside 1..16384 px, a focal length that is not
+/// positive and finite, or a principal point or distortion that is not finite.
 Status check_pinhole(const Pinhole& camera);
 
-/// A distortion-free pinhole for a picture of `width_px` x `height_px` that the camera's picture fills completely
-/// (the longer side is cropped): square scale, principal point carried along.
+/// A distortion-free pinhole for a picture of `width_px` x `height_px` that the camera's picture fills
+/// completely (the longer side is cropped): square scale, principal point carried along.
 Pinhole covering_pinhole(const Pinhole& camera, int width_px, int height_px);
 
 /// A centred pinhole with the vertical field of view `fov_y_rad`.
@@ -60,14 +61,15 @@ glm::dvec2 distort(const std::array<double, 5>& coefficients, const glm::dvec2& 
 /// Pixel of a point in the camera frame with z > 0, through the lens.
 glm::dvec2 project(const Pinhole& camera, const glm::dvec3& in_camera);
 
-/// Clip space from eye space such that a point lands on the pixel that `project` of an undistorted pinhole names.
+/// Clip space from eye space such that a point lands on the pixel that `project` of an undistorted pinhole
+/// names.
 glm::dmat4 projection_matrix(const Pinhole& pinhole, const DepthRange& depth);
 
 /// Turns a camera's pose (y down, z forward) into the eye's (y up, z backwards).
 RigidPose eye_from_camera_axes(const RigidPose& world_from_camera);
 
-/// The homography that turns a picture drawn at `drawn` into what `shown` sees, were everything far away: the late
-/// rotation to the display time (V1). Maps homogeneous display pixels to pixels of the drawn picture.
+/// The homography that turns a picture drawn at `drawn` into what `shown` sees, were everything far away: the
+/// late rotation to the display time (V1). Maps homogeneous display pixels to pixels of the drawn picture.
 glm::dmat3 rotation_warp(const Pinhole& pinhole, const glm::dquat& drawn, const glm::dquat& shown);
 
 }  // namespace handloft::client

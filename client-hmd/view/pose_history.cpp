@@ -6,7 +6,9 @@
 namespace handloft::client {
 namespace {
 
-bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool finite(const glm::dvec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 
 bool is_rotation(const glm::dquat& q) {
   constexpr double tolerance = 1e-3;  // Of a float quaternion on the wire, generously.
@@ -20,7 +22,8 @@ RigidPose predict(const MeasuredPose& from, double ahead_s, const PredictionLimi
   const Eigen::Vector3d w(from.angular_velocity.x, from.angular_velocity.y, from.angular_velocity.z);
   const glm::dquat& o = from.pose.orientation;
   const Eigen::Vector3d at = predict_position(p, v, ahead_s, limits);
-  const Eigen::Quaterniond turned = predict_orientation(Eigen::Quaterniond(o.w, o.x, o.y, o.z), w, ahead_s, limits);
+  const Eigen::Quaterniond turned =
+      predict_orientation(Eigen::Quaterniond(o.w, o.x, o.y, o.z), w, ahead_s, limits);
   return {{at.x(), at.y(), at.z()}, {turned.w(), turned.x(), turned.y(), turned.z()}};
 }
 
@@ -47,14 +50,16 @@ bool PoseHistory::push(const MeasuredPose& sample) {
 
 std::optional<PoseAnswer> PoseHistory::at(TimePoint time) const {
   if (samples_.empty()) return std::nullopt;
-  const auto after = std::lower_bound(samples_.begin(), samples_.end(), time,
-                                      [](const MeasuredPose& sample, TimePoint t) { return sample.time < t; });
+  const auto after =
+      std::lower_bound(samples_.begin(), samples_.end(), time,
+                       [](const MeasuredPose& sample, TimePoint t) { return sample.time < t; });
   if (after != samples_.end() && after->time == time) return PoseAnswer{after->pose, PoseKind::exact};
   if (after == samples_.begin()) return std::nullopt;
   const MeasuredPose& before = *(after - 1);
   if (after == samples_.end()) {
     if (time - before.time > options_.longest_prediction) return std::nullopt;
-    return PoseAnswer{predict(before, to_seconds(time - before.time), options_.prediction), PoseKind::predicted};
+    return PoseAnswer{predict(before, to_seconds(time - before.time), options_.prediction),
+                      PoseKind::predicted};
   }
   const Duration gap = after->time - before.time;
   if (gap > options_.largest_gap) return std::nullopt;

@@ -1,7 +1,7 @@
 #pragma once
-// Where something was, is and will be: a ring of measured poses that answers for any time. Between two measurements
-// it interpolates (V1: the pose at the shown frame's exposure), after the newest it predicts with the formula that
-// the tracking daemon uses (T8), and says which of these it did.
+// Where something was, is and will be: a ring of measured poses that answers for any time. Between two
+// measurements it interpolates (V1: the pose at the shown frame's exposure), after the newest it predicts
+// with the formula that the tracking daemon uses (T8), and says which of these it did.
 
 #include <deque>
 #include <optional>
@@ -27,9 +27,9 @@ struct PoseAnswer {
 };
 
 struct PoseHistoryOptions {
-  std::size_t capacity = 256;                                         ///< Over a second at 200 Hz.
-  Duration largest_gap = std::chrono::milliseconds(150);              ///< Wider gaps are not bridged: who knows.
-  Duration longest_prediction = std::chrono::milliseconds(250);       ///< After that the pose counts as lost.
+  std::size_t capacity = 256;                                    ///< Over a second at 200 Hz.
+  Duration largest_gap = std::chrono::milliseconds(150);         ///< Wider gaps are not bridged: who knows.
+  Duration longest_prediction = std::chrono::milliseconds(250);  ///< After that the pose counts as lost.
   PredictionLimits prediction;
 };
 
@@ -39,13 +39,18 @@ class PoseHistory {
   explicit PoseHistory(PoseHistoryOptions options) : options_(options) {}
 
   /// False, and nothing is kept, when the time is not after the newest or anything is not finite, or when the
-  /// orientation is not a rotation. A jump back by more than a second (the daemon started anew) clears the history.
+  /// orientation is not a rotation. A jump back by more than a second (the daemon started anew) clears the
+  /// history.
   bool push(const MeasuredPose& sample);
 
   /// nullopt before the oldest sample, inside a gap, too long after the newest, or when empty.
   std::optional<PoseAnswer> at(TimePoint time) const;
 
   bool empty() const { return samples_.empty(); }
+  /// Of the newest sample; nullopt when empty.
+  std::optional<TimePoint> newest() const {
+    return samples_.empty() ? std::nullopt : std::optional(samples_.back().time);
+  }
   void clear() { samples_.clear(); }
 
  private:

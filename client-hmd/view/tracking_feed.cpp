@@ -24,7 +24,8 @@ struct TrackingFeed::Implementation {
 
   void on_connected(const net::ClockOffset& offset) {
     // On one host both read the same clock, and the estimate would only add its error.
-    to_local = endpoint.kind == net::Endpoint::Kind::unix_socket ? Duration::zero() : -offset.server_minus_client;
+    to_local =
+        endpoint.kind == net::Endpoint::Kind::unix_socket ? Duration::zero() : -offset.server_minus_client;
     {
       const std::lock_guard lock(mutex);
       history.clear();
@@ -66,7 +67,8 @@ TrackingFeed::~TrackingFeed() {
   }
 }
 
-std::unique_ptr<TrackingFeed> TrackingFeed::start(const net::Endpoint& endpoint, const Clock& clock, Logger log) {
+std::unique_ptr<TrackingFeed> TrackingFeed::start(const net::Endpoint& endpoint, const Clock& clock,
+                                                  Logger log) {
   auto parts = std::make_unique<Implementation>(endpoint, clock, log);
   Implementation* self = parts.get();
   net::ClientOptions options;
@@ -74,7 +76,9 @@ std::unique_ptr<TrackingFeed> TrackingFeed::start(const net::Endpoint& endpoint,
   options.program = program_version("handloft-hmd");
   options.reconnect = net::Reconnect::always;
   net::ClientEvents events;
-  events.on_connected = [self](const v1::Welcome&, const net::ClockOffset& offset) { self->on_connected(offset); };
+  events.on_connected = [self](const v1::Welcome&, const net::ClockOffset& offset) {
+    self->on_connected(offset);
+  };
   events.on_message = [self](v1::Envelope& envelope) { self->on_message(envelope); };
   events.on_disconnected = [self](const Error& error) { self->on_disconnected(error); };
   {

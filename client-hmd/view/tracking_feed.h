@@ -1,7 +1,7 @@
 #pragma once
-// The connection to the tracking daemon: keeps the histories of head, cameras and fingertips, so that the frame loop
-// can ask where everything was at the exposure of the picture that it shows (V1) or will be when the display lights up
-// (T8). Reconnects by itself; the frame loop never waits for the network (V5).
+// The connection to the tracking daemon: keeps the histories of head, cameras and fingertips, so that the
+// frame loop can ask where everything was at the exposure of the picture that it shows (V1) or will be when
+// the display lights up (T8). Reconnects by itself; the frame loop never waits for the network (V5).
 
 #include <array>
 #include <cstdint>
@@ -45,12 +45,12 @@ struct FilmCamera {
 
 struct TrackingStatus {
   bool connected = false;
-  std::string problem;            ///< Why it is not, in words.
-  std::uint64_t connects = 0;     ///< Handshakes.
+  std::string problem;         ///< Why it is not, in words.
+  std::uint64_t connects = 0;  ///< Handshakes.
   std::uint64_t frames = 0;
-  std::uint64_t refused = 0;      ///< Frames or parts with NaN and the like.
-  TimePoint received_at;          ///< Newest frame; meaningful with frames > 0.
-  TimePoint capture_time;         ///< Of the newest frame, on our clock.
+  std::uint64_t refused = 0;  ///< Frames or parts with NaN and the like.
+  TimePoint received_at;      ///< Newest frame; meaningful with frames > 0.
+  TimePoint capture_time;     ///< Of the newest frame, on our clock.
   bool end_of_recording = false;
   std::optional<HandStatus> hand;
   std::vector<FilmCamera> cameras;
@@ -75,8 +75,8 @@ class TrackingHistory {
   struct Camera {
     FilmCamera camera;
     PoseHistory poses;
-    TimePoint newest;
   };
+  void push(PoseHistory& history, const MeasuredPose& sample);
   void add_head(const v1::HeadState& head, TimePoint time);
   void add_hand(const v1::HandState& hand, TimePoint time);
   void add_camera(const v1::CameraState& state, Duration to_local);

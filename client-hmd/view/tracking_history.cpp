@@ -6,7 +6,9 @@
 namespace handloft::client {
 namespace {
 
-glm::dvec3 vector_of(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
+glm::dvec3 vector_of(const v1::Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 RigidPose pose_of(const v1::Pose& pose) {
   const v1::Quaternion& q = pose.orientation();
@@ -57,11 +59,17 @@ void TrackingHistory::add(const v1::TrackingFrame& frame, Duration to_local, Tim
   for (const Camera& camera : cameras_) status_.cameras.push_back(camera.camera);
 }
 
+/// What is known already (a frame repeats the last exposure of the other cameras) is no fault; nonsense is.
+void TrackingHistory::push(PoseHistory& history, const MeasuredPose& sample) {
+  if (history.newest() == sample.time) return;
+  if (!history.push(sample)) ++status_.refused;
+}
+
 void TrackingHistory::add_head(const v1::HeadState& head, TimePoint time) {
   if (!usable(head.state())) return;
   const MeasuredPose sample{time, pose_of(head.world_from_head()), vector_of(head.linear_velocity()),
                             vector_of(head.angular_velocity())};
-  if (!head_.push(sample)) ++status_.refused;
+  push(head_, sample);
 }
 
 void TrackingHistory::add_hand(const v1::HandState& hand, TimePoint time) {
@@ -83,7 +91,7 @@ void TrackingHistory::add_hand(const v1::HandState& hand, TimePoint time) {
     sample.time = time;
     sample.pose.position = vector_of(tip.position());
     sample.linear_velocity = vector_of(tip.velocity());
-    if (!fingers_[index].push(sample)) ++status_.refused;
+    push(fingers_[index], sample);
   }
 }
 
@@ -104,13 +112,8 @@ void TrackingHistory::add_camera(const v1::CameraState& state, Duration to_local
   if (!usable(state.state())) return;
   MeasuredPose sample;
   sample.time = from_ns(state.exposure_time_ns()) + to_local;
-  if (sample.time == found->newest) return;  // The same exposure, repeated with another camera's frame.
   sample.pose = pose_of(state.world_from_camera());
-  if (found->poses.push(sample)) {
-    found->newest = sample.time;
-  } else {
-    ++status_.refused;
-  }
+  push(found->poses, sample);
 }
 
 std::optional<PoseAnswer> TrackingHistory::camera_at(std::uint32_t index, TimePoint time) const {

@@ -1,4 +1,5 @@
-// What a delta costs the network's thread, and a frame the frame loop (in software, where there is no graphics card).
+// What a delta costs the network's thread, and a frame the frame loop (in software, where there is no
+// graphics card).
 
 #include <benchmark/benchmark.h>
 
@@ -15,7 +16,8 @@ namespace {
 /// A growing stroke: one new point on top of range(0) held ones.
 void apply_tail(benchmark::State& state) {
   SceneMirror held;
-  if (!held.apply(test::snapshot(static_cast<std::uint32_t>(state.range(0)))).ok()) state.SkipWithError("snapshot");
+  if (!held.apply(test::snapshot(static_cast<std::uint32_t>(state.range(0)))).ok())
+    state.SkipWithError("snapshot");
   v1::SceneDelta message = test::delta();
   *message.mutable_changed(0)->mutable_points() = test::cloud(static_cast<std::uint32_t>(state.range(0)), 1);
   for (auto _ : state) {
@@ -36,7 +38,11 @@ void draw_frame(benchmark::State& state) {
   frame.eye = OrbitCamera().eye(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
   for (auto _ : state) benchmark::DoNotOptimize((*renderer)->draw_offscreen(frame, {}).ok());
 }
-BENCHMARK(draw_frame)->Args({640, 360})->Args({1280, 720})->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime();
+BENCHMARK(draw_frame)
+    ->Args({640, 360})
+    ->Args({1280, 720})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime();
 
 }  // namespace
 }  // namespace handloft::client

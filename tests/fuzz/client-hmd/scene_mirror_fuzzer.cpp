@@ -1,5 +1,6 @@
-// Bytes as a SceneSnapshot and SceneDeltas into the mirror: never a crash, never an index or number that is not valid.
-// The first byte of each piece says how long it is (in units of 16 bytes); the first piece is the snapshot.
+// Bytes as a SceneSnapshot and SceneDeltas into the mirror: never a crash, never an index or number that is
+// not valid. The first byte of each piece says how long it is (in units of 16 bytes); the first piece is the
+// snapshot.
 
 #include <cmath>
 #include <cstddef>
@@ -23,11 +24,13 @@ void check(const SceneMirror& mirror) {
       require(entity->settled_points <= entity->points->points.size());
       for (const auto& point : entity->points->points) {
         require(point.style < entity->points->styles.size());
-        require(std::isfinite(point.position.x) && std::isfinite(point.position.y) && std::isfinite(point.position.z));
+        require(std::isfinite(point.position.x) && std::isfinite(point.position.y) &&
+                std::isfinite(point.position.z));
       }
     }
     if (entity->surface != nullptr) {
-      for (const std::uint32_t index : entity->surface->indices) require(index < entity->surface->vertices.size());
+      for (const std::uint32_t index : entity->surface->indices)
+        require(index < entity->surface->vertices.size());
       for (const auto& vertex : entity->surface->vertices) {
         require(std::isfinite(vertex.position.x) && std::isfinite(vertex.normal.z));
       }

@@ -44,8 +44,8 @@ class FakeServer {
       changed_.notify_all();
       return {};
     };
-    Result<std::unique_ptr<net::MessageServer>> server =
-        net::MessageServer::listen(context_.get_executor(), endpoint, {}, events, clock_, Logger("fake", LogLevel::off));
+    Result<std::unique_ptr<net::MessageServer>> server = net::MessageServer::listen(
+        context_.get_executor(), endpoint, {}, events, clock_, Logger("fake", LogLevel::off));
     EXPECT_TRUE(server.ok()) << server.error().describe();
     if (server.ok()) server_ = std::move(*server);
     thread_ = std::thread([this] { context_.run(); });
@@ -95,8 +95,12 @@ bool eventually(const std::function<bool()>& condition) {
 
 class Feeds : public testing::Test {
  protected:
-  net::Endpoint endpoint() const { return *net::parse_endpoint("unix:" + (folder_.path() / "s.sock").string()); }
-  std::unique_ptr<ModelFeed> start() { return ModelFeed::start(endpoint(), clock_, Logger("feed", LogLevel::off)); }
+  net::Endpoint endpoint() const {
+    return *net::parse_endpoint("unix:" + (folder_.path() / "s.sock").string());
+  }
+  std::unique_ptr<ModelFeed> start() {
+    return ModelFeed::start(endpoint(), clock_, Logger("feed", LogLevel::off));
+  }
   std::size_t points(const ModelFeed& feed) const {
     const std::shared_ptr<const ModelState> state = feed.state();
     const auto found = state->scene->entities.find("top");

@@ -1,5 +1,5 @@
-// Pictures from the real renderer on EGL, mostly with Mesa's software driver: against a golden one, against each other,
-// and against the mathematics of the camera.
+// Pictures from the real renderer on EGL, mostly with Mesa's software driver: against a golden one, against
+// each other, and against the mathematics of the camera.
 
 #include <gtest/gtest.h>
 
@@ -63,13 +63,18 @@ glm::dvec2 centroid(const Image& image, const std::function<bool(const std::uint
   return sum / static_cast<double>(std::max(count, 1));
 }
 
-bool is_red(const std::uint8_t* p) { return p[0] > 120 && p[1] < 90 && p[2] < 90; }
-bool is_green(const std::uint8_t* p) { return p[1] > 120 && p[0] < 100 && p[2] < 100; }
+bool is_red(const std::uint8_t* p) {
+  return p[0] > 120 && p[1] < 90 && p[2] < 90;
+}
+bool is_green(const std::uint8_t* p) {
+  return p[1] > 120 && p[0] < 100 && p[2] < 100;
+}
 
 TEST_F(Rendering, MatchesTheGoldenPicture) {
   constexpr const char* golden_path = "tests/data/golden/client_scene.png";
   Frame frame = frame_of(test::synthetic_scene());
-  frame.fingers = {{{0.03F, -0.05F, 0.07F}, {0.7F, 0.06F, 0.05F}, 1.0F}, {{0.0F, -0.06F, 0.07F}, {0.1F, 0.5F, 0.1F}, 0.5F}};
+  frame.fingers = {{{0.03F, -0.05F, 0.07F}, {0.7F, 0.06F, 0.05F}, 1.0F},
+                   {{0.0F, -0.06F, 0.07F}, {0.1F, 0.5F, 0.1F}, 0.5F}};
   frame.pressure = PressureMark{{0.015F, -0.055F, 0.07F}, 0.6F, true};
   frame.touched = PaletteCommand::fit;
   RenderOptions still;
@@ -173,7 +178,8 @@ TEST_F(Rendering, DrawsAMarkerOnItsFilmedImage_V1) {
   camera.distortion = {-0.118, 0.037, 0.0003, 0.0002, 0.0};
   const RigidPose world_from_camera{{0.02, -0.45, 0.40},
                                     glm::angleAxis(-2.3, glm::normalize(glm::dvec3(1.0, 0.03, -0.02)))};
-  for (const glm::dvec3 in_camera : {glm::dvec3(0.0, 0.0, 0.5), glm::dvec3(0.15, 0.08, 0.5), glm::dvec3(-0.15, 0.02, 0.45)}) {
+  for (const glm::dvec3 in_camera :
+       {glm::dvec3(0.0, 0.0, 0.5), glm::dvec3(0.15, 0.08, 0.5), glm::dvec3(-0.15, 0.02, 0.45)}) {
     auto film = std::make_shared<Image>(Image{640, 480, std::vector<std::uint8_t>(4 * 640 * 480, 0)});
     const glm::dvec2 seen = project(camera, in_camera);
     for (int y = 0; y < 480; ++y) {
@@ -195,7 +201,8 @@ TEST_F(Rendering, DrawsAMarkerOnItsFilmedImage_V1) {
     frame.film->serial = ++serial;
     frame.fingers = {{glm::vec3(world), {0.05F, 0.75F, 0.05F}, 1.0F}};
     const glm::dvec2 drawn = centroid(draw(frame), is_green);
-    EXPECT_LT(glm::distance(filmed, drawn), 1.0) << filmed.x << "," << filmed.y << " " << drawn.x << "," << drawn.y;
+    EXPECT_LT(glm::distance(filmed, drawn), 1.0)
+        << filmed.x << "," << filmed.y << " " << drawn.x << "," << drawn.y;
   }
 }
 

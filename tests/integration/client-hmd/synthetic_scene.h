@@ -1,6 +1,6 @@
 #pragma once
-// A small scene that needs no server: a mouse-like shell as a polynomial over an ellipse with the opacity of A23, and
-// the fuzzy points of a few strokes on it (A2, A3). Deterministic.
+// A small scene that needs no server: a mouse-like shell as a polynomial over an ellipse with the opacity of
+// A23, and the fuzzy points of a few strokes on it (A2, A3). Deterministic.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,8 @@ inline ShellStyle fuzzy_style(double rho) {
   for (int k = 5; k >= 1; --k) {  // Outer to inner.
     const double opacity = rho * (1.0 - (k - 0.5) / 5.0);
     style.shell_radius_m[static_cast<std::size_t>(5 - k)] = static_cast<float>(radius * k / 5.0);
-    style.shell_alpha[static_cast<std::size_t>(5 - k)] = static_cast<float>((opacity - before) / (1.0 - before));
+    style.shell_alpha[static_cast<std::size_t>(5 - k)] =
+        static_cast<float>((opacity - before) / (1.0 - before));
     before = opacity;
   }
   return style;
@@ -49,7 +50,8 @@ inline std::shared_ptr<const SurfaceMesh> shell_mesh() {
       const double length = std::sqrt(dzdx * dzdx + dzdy * dzdy + 1.0);
       const double f = s * s + t * t;  // superellipse of exponent 2
       const double opacity = std::exp(-std::pow(f, 6.0) / 10.0);
-      mesh->vertices.push_back({forwards(x, y, shell_height(x, y)), forwards(-dzdx / length, -dzdy / length, 1.0 / length),
+      mesh->vertices.push_back({forwards(x, y, shell_height(x, y)),
+                                forwards(-dzdx / length, -dzdy / length, 1.0 / length),
                                 static_cast<float>(opacity)});
     }
   }

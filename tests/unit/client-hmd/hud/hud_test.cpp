@@ -8,7 +8,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-float half_an_em(std::string_view text) { return 0.5F * static_cast<float>(text.size()); }
+float half_an_em(std::string_view text) {
+  return 0.5F * static_cast<float>(text.size());
+}
 
 std::string all_text(const HudStatus& status) {
   std::string out;

@@ -15,9 +15,10 @@ Result<ParsedOptions> parse(std::vector<const char*> words) {
 }
 
 TEST(Options, ReadWhatTheDemonstrationAsksFor) {
-  const auto parsed = parse({"--model", "unix:/tmp/m.sock", "--tracking", "unix:/tmp/t.sock", "--offscreen", "--size",
-                             "960x540", "--camera", "head", "--screenshot", "view.png", "--screenshot-when", "frames:30",
-                             "--report", "r.json", "--display-latency", "11"});
+  const auto parsed =
+      parse({"--model", "unix:/tmp/m.sock", "--tracking", "unix:/tmp/t.sock", "--offscreen", "--size",
+             "960x540", "--camera", "head", "--screenshot", "view.png", "--screenshot-when", "frames:30",
+             "--report", "r.json", "--display-latency", "11"});
   ASSERT_TRUE(parsed.ok()) << parsed.error().describe();
   const HmdOptions& options = parsed->options;
   EXPECT_EQ(options.model->path, "/tmp/m.sock");
@@ -51,8 +52,8 @@ TEST(Report, NamesTheFiguresThatTheSummaryReads) {
   figures.model.capture_to_receipt.add(std::chrono::milliseconds(10));
   figures.model.connects = 3;
   const std::string json = report_json(figures);
-  for (const char* key : {"\"frames\"", "\"frame_ms\"", "\"capture_to_client_ms\"", "\"capture_to_presentation_ms\"",
-                          "\"median\"", "\"p99\"", "\"reconnects\": 2"}) {
+  for (const char* key : {"\"frames\"", "\"frame_ms\"", "\"capture_to_client_ms\"",
+                          "\"capture_to_presentation_ms\"", "\"median\"", "\"p99\"", "\"reconnects\": 2"}) {
     EXPECT_NE(json.find(key), std::string::npos) << key << " in " << json;
   }
 }

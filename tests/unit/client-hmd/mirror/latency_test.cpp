@@ -9,7 +9,9 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-TEST(LatencyHistogram, EmptyIsZero) { EXPECT_EQ(LatencyHistogram().quantile_ms(0.5), 0.0); }
+TEST(LatencyHistogram, EmptyIsZero) {
+  EXPECT_EQ(LatencyHistogram().quantile_ms(0.5), 0.0);
+}
 
 TEST(LatencyHistogram, GivesMedianAndTailToAQuarterMillisecond) {
   LatencyHistogram histogram;

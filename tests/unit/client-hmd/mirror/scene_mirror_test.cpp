@@ -14,7 +14,9 @@ using test::cloud;
 using test::delta;
 using test::snapshot;
 
-const Entity& top(const SceneMirror& mirror) { return *mirror.scene()->entities.at("top"); }
+const Entity& top(const SceneMirror& mirror) {
+  return *mirror.scene()->entities.at("top");
+}
 
 TEST(SceneMirror, HoldsASnapshot) {
   SceneMirror mirror;
@@ -152,22 +154,30 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiler{"NoId", [](v1::EntityState& s) { s.clear_id(); }},
         Spoiler{"LongId", [](v1::EntityState& s) { s.set_id(std::string(10'000, 'x')); }},
         Spoiler{"LongName", [](v1::EntityState& s) { s.set_name(std::string(10'000, 'x')); }},
-        Spoiler{"Representation", [](v1::EntityState& s) { s.set_representation(static_cast<v1::Representation>(99)); }},
+        Spoiler{"Representation",
+                [](v1::EntityState& s) { s.set_representation(static_cast<v1::Representation>(99)); }},
         Spoiler{"TailBeyondWhatIsHeld", [](v1::EntityState& s) { *s.mutable_points() = cloud(50, 1); }},
         Spoiler{"TooManyPoints", [](v1::EntityState& s) { *s.mutable_points() = cloud(0, 101); }},
         Spoiler{"HugeTotal", [](v1::EntityState& s) { s.mutable_points()->set_total(4'000'000'000U); }},
-        Spoiler{"ShortPositions", [](v1::EntityState& s) { s.mutable_points()->mutable_positions()->resize(7); }},
+        Spoiler{"ShortPositions",
+                [](v1::EntityState& s) { s.mutable_points()->mutable_positions()->resize(7); }},
         Spoiler{"StyleBeyondPalette", [](v1::EntityState& s) { s.mutable_points()->clear_palette(); }},
         Spoiler{"NanOrigin", [](v1::EntityState& s) { s.mutable_points()->mutable_origin()->set_x(nan_f); }},
         Spoiler{"InfiniteStep",
-                [](v1::EntityState& s) { s.mutable_points()->set_step_m(std::numeric_limits<double>::infinity()); }},
-        Spoiler{"NanRadius",
-                [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->set_shell_radius_m(0, nan_f); }},
-        Spoiler{"HugeRadius", [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->set_radius_m(50.0F); }},
+                [](v1::EntityState& s) {
+                  s.mutable_points()->set_step_m(std::numeric_limits<double>::infinity());
+                }},
+        Spoiler{
+            "NanRadius",
+            [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->set_shell_radius_m(0, nan_f); }},
+        Spoiler{"HugeRadius",
+                [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->set_radius_m(50.0F); }},
         Spoiler{"AlphaAboveOne",
                 [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->set_shell_alpha(2, 1.5F); }},
         Spoiler{"FourShells",
-                [](v1::EntityState& s) { s.mutable_points()->mutable_palette(0)->mutable_shell_alpha()->RemoveLast(); }},
+                [](v1::EntityState& s) {
+                  s.mutable_points()->mutable_palette(0)->mutable_shell_alpha()->RemoveLast();
+                }},
         Spoiler{"BrokenMesh",
                 [](v1::EntityState& s) {
                   *s.mutable_surface() = test::triangle();

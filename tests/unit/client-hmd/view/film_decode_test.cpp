@@ -12,7 +12,8 @@ net::VideoFrame jpeg(int width, int height) {
   const std::unique_ptr<void, decltype(&tjDestroy)> coder(tjInitCompress(), tjDestroy);
   unsigned char* bytes = nullptr;
   unsigned long size = 0;
-  EXPECT_EQ(tjCompress2(coder.get(), rgb.data(), width, 0, height, TJPF_RGB, &bytes, &size, TJSAMP_420, 95, 0), 0);
+  EXPECT_EQ(
+      tjCompress2(coder.get(), rgb.data(), width, 0, height, TJPF_RGB, &bytes, &size, TJSAMP_420, 95, 0), 0);
   net::VideoFrame frame;
   frame.bytes.assign(bytes, bytes + size);
   tjFree(bytes);

@@ -29,7 +29,8 @@ TEST(OrbitCamera, LooksFromTheDesignersSideWithUpUpwards) {
 
 TEST(OrbitCamera, ZoomStaysInBoundsWhateverComes) {
   OrbitCamera camera;
-  for (const double factor : {1e9, 0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), 1e-9}) camera.zoom(factor);
+  for (const double factor : {1e9, 0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), 1e-9})
+    camera.zoom(factor);
   EXPECT_DOUBLE_EQ(camera.distance_m, 5.0);
   camera.zoom(1e9);
   EXPECT_DOUBLE_EQ(camera.distance_m, 0.05);
@@ -40,7 +41,8 @@ TEST(OrbitCamera, PanMovesTheSceneWithTheHand) {
   const glm::dvec3 before = camera.target;
   const Eye eye = camera.eye(640, 480);
   camera.pan(0.5, 0.0);
-  const glm::dvec3 moved = glm::inverse(glm::mat3_cast(eye.world_from_eye.orientation)) * (camera.target - before);
+  const glm::dvec3 moved =
+      glm::inverse(glm::mat3_cast(eye.world_from_eye.orientation)) * (camera.target - before);
   EXPECT_LT(moved.x, 0.0) << "the camera goes left, so the scene goes right";
   EXPECT_NEAR(moved.y, 0.0, 1e-12);
 }

@@ -28,7 +28,8 @@ Pinhole webcam() {
 
 TEST(Pinhole, DrawsAPointOnThePixelWhereTheCameraSeesIt_V1) {
   const Pinhole camera = webcam();
-  for (const glm::dvec3 in_camera : {glm::dvec3(0, 0, 0.5), glm::dvec3(0.1, -0.2, 0.6), glm::dvec3(-0.3, 0.2, 1.1)}) {
+  for (const glm::dvec3 in_camera :
+       {glm::dvec3(0, 0, 0.5), glm::dvec3(0.1, -0.2, 0.6), glm::dvec3(-0.3, 0.2, 1.1)}) {
     const glm::dvec2 seen = project(camera, in_camera);
     const glm::dvec2 drawn = rasterised(camera, {in_camera.x, -in_camera.y, -in_camera.z});
     EXPECT_NEAR(drawn.x, seen.x, 1e-9);

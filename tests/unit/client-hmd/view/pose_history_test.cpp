@@ -17,7 +17,9 @@ MeasuredPose sample(int ms, double x, double angle_rad = 0.0) {
   out.linear_velocity = {1.0, 0.0, 0.0};
   return out;
 }
-TimePoint at(int ms) { return from_ns(1'000'000'000) + milliseconds(ms); }
+TimePoint at(int ms) {
+  return from_ns(1'000'000'000) + milliseconds(ms);
+}
 
 TEST(PoseHistory, IsExactOnASampleAndInterpolatesBetweenTwo_V1) {
   PoseHistory history;

@@ -37,7 +37,9 @@ v1::TrackingFrame frame(int ms) {
   camera.set_exposure_time_ns(out.capture_time_ns() - 5'000'000);
   return out;
 }
-TimePoint at(int ms) { return from_ns(1'000'000'000) + milliseconds(ms); }
+TimePoint at(int ms) {
+  return from_ns(1'000'000'000) + milliseconds(ms);
+}
 
 TEST(TrackingHistory, AnswersForHeadCameraAndFingersAtAnExposure_V1) {
   TrackingHistory history;
