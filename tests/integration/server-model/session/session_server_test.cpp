@@ -11,6 +11,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <thread>
 
@@ -80,10 +81,11 @@ class Peer {
         ASSERT_TRUE(codec::merge_points(points[state.id()], *tail).ok());
       }
       v1::EntityState& entity = entities[state.id()];
-      const v1::Mesh before = entity.surface();
+      const std::optional<v1::Mesh> before =
+          entity.has_surface() ? std::optional(entity.surface()) : std::nullopt;
       entity = state;
       entity.clear_points();
-      if (!state.has_surface() && state.surface_shown()) *entity.mutable_surface() = before;
+      if (!state.has_surface() && state.surface_shown() && before) *entity.mutable_surface() = *before;
     };
     if (envelope.has_snapshot()) {
       ++snapshots;
@@ -206,7 +208,8 @@ TEST_F(SessionTest, two_clients_see_the_same_scene) {
   EXPECT_EQ(viewer.snapshots, 1);
   for (Peer* peer : {&viewer, &editor, &late}) {
     EXPECT_EQ(peer->points.at("top").positions.size(), 400U);
-    EXPECT_EQ(peer->entities.at("top").SerializeAsString(), viewer.entities.at("top").SerializeAsString());
+    EXPECT_TRUE(peer->entities.at("top").SerializeAsString() ==
+                viewer.entities.at("top").SerializeAsString());
   }
 }
 
@@ -445,11 +448,11 @@ TEST_F(SessionTest, more_requests_than_the_limit_are_refused_at_once) {
   flood.submit(1, create("top"));
   constexpr std::uint64_t count = 2000;
   for (std::uint64_t i = 2; i <= count; ++i) flood.submit(i, add_points("top", 50));
-  ASSERT_TRUE(flood.read_ack(count));
+  // Every request is answered, taken or not; refusals overtake those that wait for their turn.
+  ASSERT_TRUE(flood.read_until([&] { return flood.acks.size() == count; }));
   for (const auto& [request, ack] : flood.acks) {
     EXPECT_THAT(ack.failure().code(), ::testing::AnyOf("", "resource_exhausted")) << request;
   }
-  EXPECT_EQ(flood.acks.size(), count) << "every request is answered, taken or not";
 }
 
 }  // namespace
