@@ -1,7 +1,8 @@
 // Bytes as a SceneSnapshot and SceneDeltas into the mirror: never a crash, never an index or number that is
-// not valid. The first byte of each piece says how long it is (in units of 16 bytes); the first piece is the
+// not valid. Two bytes (little-endian) before each piece say how long it is; the first piece is the
 // snapshot.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -46,20 +47,22 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   limits.max_vertices = 10'000;
   SceneMirror mirror(limits);
   bool first = true;
-  while (size > 0) {
-    const std::size_t length = std::min<std::size_t>(std::size_t{data[0]} * 16, size - 1);
+  constexpr std::size_t header = 2;
+  while (size >= header) {
+    const std::size_t wanted = data[0] + 256U * data[1];
+    const std::size_t length = std::min(wanted, size - header);
     const int bytes = static_cast<int>(length);
     if (first) {
       handloft::v1::SceneSnapshot snapshot;
-      if (snapshot.ParseFromArray(data + 1, bytes)) (void)mirror.apply(snapshot).ok();
+      if (snapshot.ParseFromArray(data + header, bytes)) (void)mirror.apply(snapshot).ok();
     } else {
       handloft::v1::SceneDelta delta;
-      if (delta.ParseFromArray(data + 1, bytes)) (void)mirror.apply(delta).ok();
+      if (delta.ParseFromArray(data + header, bytes)) (void)mirror.apply(delta).ok();
     }
     first = false;
     check(mirror);
-    data += 1 + length;
-    size -= 1 + length;
+    data += header + length;
+    size -= header + length;
   }
   return 0;
 }
