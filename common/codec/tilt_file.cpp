@@ -16,22 +16,22 @@
 namespace handloft::codec {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 16;
-constexpr std::uint32_t kSketchSentinel = 0xc576a5cd;
+constexpr std::size_t known_header_bytes = 16;
+constexpr std::uint32_t sketch_sentinel = 0xc576a5cd;
 /// The layout that every version since 5 shares; later ones add extension words, which are skipped by their
 /// size.
-constexpr std::int32_t kOldestVersion = 5;
-constexpr std::int32_t kNewestVersion = 6;
+constexpr std::int32_t oldest_version = 5;
+constexpr std::int32_t newest_version = 6;
 
 // Stroke extension bits. Those below 0x10000 hold 4 bytes each, the others a length and as many bytes.
-constexpr std::uint32_t kStrokeScale = 0x2;
-constexpr std::uint32_t kFixedSizeExtensions = 0xffff;
+constexpr std::uint32_t stroke_scale = 0x2;
+constexpr std::uint32_t fixed_size_extensions = 0xffff;
 // Control point extension bits, 4 bytes each.
-constexpr std::uint32_t kPointPressure = 0x1;
-constexpr std::uint32_t kPointTime = 0x2;
+constexpr std::uint32_t point_pressure = 0x1;
+constexpr std::uint32_t point_time = 0x2;
 
-constexpr std::size_t kPointBytes = 7 * 4;   ///< Position and orientation, without extensions.
-constexpr std::size_t kStrokeBytes = 9 * 4;  ///< Index, colour, size, two masks, point count.
+constexpr std::size_t point_bytes = 7 * 4;   ///< Position and orientation, without extensions.
+constexpr std::size_t stroke_bytes = 9 * 4;  ///< Index, colour, size, two masks, point count.
 
 static_assert(std::endian::native == std::endian::little, "the format's byte order is read directly");
 
@@ -86,9 +86,9 @@ Status read_points(Cursor& cursor, std::size_t stroke_index, std::size_t count, 
     for (float& component : point.orientation) component = cursor.read<float>();
     for (std::uint32_t rest = mask; rest != 0; rest &= rest - 1) {
       const std::uint32_t bit = rest & (~rest + 1);
-      if (bit == kPointPressure) {
+      if (bit == point_pressure) {
         point.pressure = cursor.read<float>();
-      } else if (bit == kPointTime) {
+      } else if (bit == point_time) {
         point.time_ms = cursor.read<std::uint32_t>();
       } else {
         cursor.skip(4);
@@ -124,9 +124,9 @@ Status read_stroke(Cursor& cursor, std::size_t index, const TiltLimits& limits, 
   const auto point_mask = cursor.read<std::uint32_t>();
   for (std::uint32_t rest = stroke_mask; rest != 0; rest &= rest - 1) {
     const std::uint32_t bit = rest & (~rest + 1);
-    if (bit == kStrokeScale) {
+    if (bit == stroke_scale) {
       stroke.scale = cursor.read<float>();
-    } else if ((bit & kFixedSizeExtensions) != 0) {
+    } else if ((bit & fixed_size_extensions) != 0) {
       cursor.skip(4);
     } else {
       cursor.skip(cursor.read<std::uint32_t>());
@@ -150,7 +150,7 @@ Status read_stroke(Cursor& cursor, std::size_t index, const TiltLimits& limits, 
         fmt::format("found {} points in all, the limit is {}", points_so_far + points, limits.max_points),
         field + ".point_count");
   }
-  const std::size_t bytes_each = kPointBytes + 4 * static_cast<std::size_t>(std::popcount(point_mask));
+  const std::size_t bytes_each = point_bytes + 4 * static_cast<std::size_t>(std::popcount(point_mask));
   if (points > cursor.remaining() / bytes_each) {  // Before any memory is asked for.
     return make_error(
         ErrorCode::data_corrupt,
@@ -248,24 +248,24 @@ Result<TiltFile> parse_tilt_sketch(std::span<const std::byte> sketch, const Tilt
   cursor.skip(4);  // Reserved.
   const auto additional_header = cursor.read<std::uint32_t>();
   if (cursor.overrun()) return ends_early("sketch.header");
-  if (sentinel != kSketchSentinel) {
+  if (sentinel != sketch_sentinel) {
     return make_error(ErrorCode::data_corrupt,
-                      fmt::format("found {:#010x}, expected {:#010x}", sentinel, kSketchSentinel),
+                      fmt::format("found {:#010x}, expected {:#010x}", sentinel, sketch_sentinel),
                       "sketch.sentinel");
   }
-  if (file.sketch_version < kOldestVersion || file.sketch_version > kNewestVersion) {
+  if (file.sketch_version < oldest_version || file.sketch_version > newest_version) {
     return make_error(ErrorCode::unsupported,
-                      fmt::format("found version {}, expected {} to {}", file.sketch_version, kOldestVersion,
-                                  kNewestVersion),
+                      fmt::format("found version {}, expected {} to {}", file.sketch_version, oldest_version,
+                                  newest_version),
                       "sketch.version");
   }
   cursor.skip(additional_header);
   const auto count = cursor.read<std::int32_t>();
   if (cursor.overrun()) return ends_early("sketch.header");
-  if (count < 0 || static_cast<std::size_t>(count) > cursor.remaining() / kStrokeBytes) {
+  if (count < 0 || static_cast<std::size_t>(count) > cursor.remaining() / stroke_bytes) {
     return make_error(
         ErrorCode::data_corrupt,
-        fmt::format("found {} strokes, but bytes for {} at most", count, cursor.remaining() / kStrokeBytes),
+        fmt::format("found {} strokes, but bytes for {} at most", count, cursor.remaining() / stroke_bytes),
         "sketch.stroke_count");
   }
   if (static_cast<std::size_t>(count) > limits.max_strokes) {
@@ -289,16 +289,17 @@ Result<TiltFile> parse_tilt(std::span<const std::byte> bytes, const TiltLimits& 
                       fmt::format("found {} bytes, the limit is {}", bytes.size(), limits.max_file_bytes),
                       "file");
   }
-  if (bytes.size() < kHeaderBytes || std::memcmp(bytes.data(), "tilT", 4) != 0) {
+  if (bytes.size() < known_header_bytes || std::memcmp(bytes.data(), "tilT", 4) != 0) {
     return make_error(ErrorCode::data_corrupt, "found no tilT at the start: this is not a .tilt file",
                       "file.header");
   }
   Cursor header(bytes.subspan(4));
   const auto header_bytes = header.read<std::uint16_t>();
-  if (header_bytes < kHeaderBytes || header_bytes > bytes.size()) {
-    return make_error(ErrorCode::data_corrupt,
-                      fmt::format("found a header of {} bytes, expected {}", header_bytes, kHeaderBytes),
-                      "file.header_size");
+  if (header_bytes < known_header_bytes || header_bytes > bytes.size()) {
+    return make_error(
+        ErrorCode::data_corrupt,
+        fmt::format("found a header of {} bytes, expected {}", header_bytes, known_header_bytes),
+        "file.header_size");
   }
 
   MemoryFile memory{bytes.subspan(header_bytes)};

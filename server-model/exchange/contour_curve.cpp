@@ -11,7 +11,7 @@ using geometry::Vec3;
 
 /// Halvings of a quarter: towards a tip where the curvature is infinite (1 < n < 2) the pieces shrink
 /// geometrically, and 24 halvings reach 1e-7 of the quarter.
-constexpr int kMaxDepth = 24;
+constexpr int max_depth = 24;
 
 /// A joint of the spline; the tangents are derivatives by the common parameter.
 struct Joint {
@@ -119,7 +119,7 @@ class QuarterBuilder {
       close = distance(unit) * radius_.maxCoeff() <= tolerance_.plane_m &&
               (space - expected).norm() <= tolerance_.space_m;
     }
-    if (close || depth >= kMaxDepth) {
+    if (close || depth >= max_depth) {
       pieces_.push_back({a, b, length});
       return;
     }

@@ -20,25 +20,25 @@ using Json = nlohmann::ordered_json;
 static_assert(std::endian::native == std::endian::little, "glTF's byte order is written directly");
 
 // Numbers of the glTF 2.0 specification.
-constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
-constexpr std::uint32_t kVersion = 2;
-constexpr std::uint32_t kJsonChunk = 0x4E4F534A;    // "JSON"
-constexpr std::uint32_t kBinaryChunk = 0x004E4942;  // "BIN\0"
-constexpr int kFloat = 5126;
-constexpr int kUnsignedInt = 5125;
-constexpr int kArrayBuffer = 34962;
-constexpr int kElementArrayBuffer = 34963;
-constexpr int kPoints = 0;
-constexpr int kTriangles = 4;
+constexpr std::uint32_t glb_magic = 0x46546C67;  // "glTF"
+constexpr std::uint32_t glb_version = 2;
+constexpr std::uint32_t json_chunk = 0x4E4F534A;    // "JSON"
+constexpr std::uint32_t binary_chunk = 0x004E4942;  // "BIN\0"
+constexpr int component_float = 5126;
+constexpr int component_unsigned_int = 5125;
+constexpr int target_array_buffer = 34962;
+constexpr int target_element_array_buffer = 34963;
+constexpr int mode_points = 0;
+constexpr int mode_triangles = 4;
 
 /// Collects the binary chunk, the buffer views and the accessors.
 class BufferBuilder {
  public:
   /// Returns the accessor's number. `components` floats per element.
   std::size_t add_floats(const std::vector<float>& values, int components, const char* type) {
-    const std::size_t view = add_view(values.data(), values.size() * sizeof(float), kArrayBuffer);
+    const std::size_t view = add_view(values.data(), values.size() * sizeof(float), target_array_buffer);
     accessors_.push_back({{"bufferView", view},
-                          {"componentType", kFloat},
+                          {"componentType", component_float},
                           {"count", values.size() / static_cast<std::size_t>(components)},
                           {"type", type}});
     return accessors_.size() - 1;
@@ -60,9 +60,9 @@ class BufferBuilder {
   }
   std::size_t add_indices(const std::vector<std::uint32_t>& indices) {
     const std::size_t view =
-        add_view(indices.data(), indices.size() * sizeof(std::uint32_t), kElementArrayBuffer);
+        add_view(indices.data(), indices.size() * sizeof(std::uint32_t), target_element_array_buffer);
     accessors_.push_back({{"bufferView", view},
-                          {"componentType", kUnsignedInt},
+                          {"componentType", component_unsigned_int},
                           {"count", indices.size()},
                           {"type", "SCALAR"}});
     return accessors_.size() - 1;
@@ -127,7 +127,7 @@ Primitive add_mesh(const MeshExport& item, BufferBuilder& buffer) {
   return {Json{{"attributes", std::move(attributes)},
                {"indices", buffer.add_indices(mesh.indices)},
                {"material", 0},
-               {"mode", kTriangles}},
+               {"mode", mode_triangles}},
           centre};
 }
 
@@ -148,7 +148,7 @@ Primitive add_cloud(const PointCloudExport& cloud, BufferBuilder& buffer) {
   }
   Json attributes{{"POSITION", buffer.add_positions(positions)},
                   {"COLOR_0", buffer.add_floats(colors, 4, "VEC4")}};
-  return {Json{{"attributes", std::move(attributes)}, {"material", 0}, {"mode", kPoints}}, centre};
+  return {Json{{"attributes", std::move(attributes)}, {"material", 0}, {"mode", mode_points}}, centre};
 }
 
 void append(std::vector<std::byte>& out, std::uint32_t value) {
@@ -163,15 +163,15 @@ std::vector<std::byte> pack(std::string text, std::vector<std::byte> binary) {
   const std::size_t total = headers + text.size() + binary.size();
   std::vector<std::byte> out;
   out.reserve(total);
-  append(out, kMagic);
-  append(out, kVersion);
+  append(out, glb_magic);
+  append(out, glb_version);
   append(out, static_cast<std::uint32_t>(total));
   append(out, static_cast<std::uint32_t>(text.size()));
-  append(out, kJsonChunk);
+  append(out, json_chunk);
   const auto text_bytes = std::as_bytes(std::span(text));
   out.insert(out.end(), text_bytes.begin(), text_bytes.end());
   append(out, static_cast<std::uint32_t>(binary.size()));
-  append(out, kBinaryChunk);
+  append(out, binary_chunk);
   out.insert(out.end(), binary.begin(), binary.end());
   return out;
 }

@@ -30,16 +30,16 @@ using geometry::Box2;
 using geometry::Vec2;
 using geometry::Vec3;
 
-constexpr double kMillimetres = 1000.0;  ///< Per metre.
+constexpr double millimetres_per_metre = 1000.0;  ///< Per metre.
 
 /// The surface reaches this much beyond the contour, so that the boundary never touches its edge.
-constexpr double kSurfaceMargin = 1.05;
+constexpr double surface_margin = 1.05;
 
 /// Curves in the plane and in space may differ by this, in metres: a tenth of OCCT's own confusion is no use.
-constexpr double kSpaceToleranceM = 2e-9;
+constexpr double space_tolerance_m = 2e-9;
 
 gp_Pnt to_mm(const Vec3& p) {
-  return {kMillimetres * p.x(), kMillimetres * p.y(), kMillimetres * p.z()};
+  return {millimetres_per_metre * p.x(), millimetres_per_metre * p.y(), millimetres_per_metre * p.z()};
 }
 
 /// The patch as a B-spline surface without inner knots, whose parameters are millimetres from the box's
@@ -53,8 +53,8 @@ Handle(Geom_BSplineSurface) make_surface(const geometry::BezierPatch& patch, con
   TColStd_Array1OfReal u_knots(1, 2);
   TColStd_Array1OfReal v_knots(1, 2);
   u_knots(1) = v_knots(1) = 0;
-  u_knots(2) = 2 * kMillimetres * box.half_extent.x();
-  v_knots(2) = 2 * kMillimetres * box.half_extent.y();
+  u_knots(2) = 2 * millimetres_per_metre * box.half_extent.x();
+  v_knots(2) = 2 * millimetres_per_metre * box.half_extent.y();
   TColStd_Array1OfInteger multiplicities(1, 2);
   multiplicities.Init(n + 1);
   return new Geom_BSplineSurface(poles, u_knots, v_knots, multiplicities, multiplicities, n, n);
@@ -63,7 +63,7 @@ Handle(Geom_BSplineSurface) make_surface(const geometry::BezierPatch& patch, con
 TColStd_Array1OfReal knots_of(const std::vector<double>& knots) {
   TColStd_Array1OfReal result(1, static_cast<int>(knots.size()));
   for (int i = 1; i <= result.Length(); ++i) {
-    result(i) = kMillimetres * knots[static_cast<std::size_t>(i - 1)];
+    result(i) = millimetres_per_metre * knots[static_cast<std::size_t>(i - 1)];
   }
   return result;
 }
@@ -78,7 +78,7 @@ TColStd_Array1OfInteger multiplicities_of(const std::vector<double>& knots) {
 Handle(Geom2d_BSplineCurve) make_pcurve(const CubicSpline<Vec2>& spline, const Box2& box) {
   TColgp_Array1OfPnt2d poles(1, static_cast<int>(spline.poles.size()));
   for (int i = 1; i <= poles.Length(); ++i) {
-    const Vec2 uv = kMillimetres * (spline.poles[static_cast<std::size_t>(i - 1)] - box.lower());
+    const Vec2 uv = millimetres_per_metre * (spline.poles[static_cast<std::size_t>(i - 1)] - box.lower());
     poles(i) = gp_Pnt2d(uv.x(), uv.y());
   }
   return new Geom2d_BSplineCurve(poles, knots_of(spline.knots), multiplicities_of(spline.knots), 3);
@@ -94,7 +94,7 @@ Result<TopoDS_Face> trimmed_face(const SurfaceExport& item, const Handle(Geom_BS
                                  const Box2& box, double contour_tolerance) {
   const double size = item.superellipse.contour_half_extent(geometry::trim_level()).maxCoeff();
   const std::array<ContourArc, 4> arcs =
-      contour_arcs(item, geometry::trim_level(), {contour_tolerance * size, kSpaceToleranceM});
+      contour_arcs(item, geometry::trim_level(), {contour_tolerance * size, space_tolerance_m});
 
   std::array<TopoDS_Vertex, 4> tips;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -104,7 +104,7 @@ Result<TopoDS_Face> trimmed_face(const SurfaceExport& item, const Handle(Geom_BS
   BRepBuilderAPI_MakeWire wire;
   for (std::size_t i = 0; i < 4; ++i) {
     const ContourArc& arc = arcs[i];
-    const double last = kMillimetres * arc.space.knots.back();
+    const double last = millimetres_per_metre * arc.space.knots.back();
     TopoDS_Edge edge;
     builder.MakeEdge(edge, make_curve(arc.space), Precision::Confusion());
     builder.UpdateEdge(edge, make_pcurve(arc.plane, box), surface, TopLoc_Location(), Precision::Confusion());
@@ -131,7 +131,7 @@ Result<TopoDS_Face> trimmed_face(const SurfaceExport& item, const Handle(Geom_BS
 Result<TopoDS_Face> make_face(const SurfaceExport& item, double contour_tolerance) {
   const Vec2 contour_extent = item.superellipse.contour_half_extent(geometry::trim_level());
   Box2 box{item.superellipse.centre(), contour_extent};
-  if (item.trim == Trim::contour) box.half_extent *= kSurfaceMargin;
+  if (item.trim == Trim::contour) box.half_extent *= surface_margin;
   const Result<geometry::BezierPatch> patch = geometry::to_bezier_patch(item.surface, item.frame, box);
   if (!patch.ok()) return patch.error();
   const Handle(Geom_BSplineSurface) surface = make_surface(*patch, box);

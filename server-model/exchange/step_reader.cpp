@@ -30,10 +30,10 @@
 namespace handloft::exchange {
 namespace {
 
-constexpr double kMetres = 1e-3;  ///< Per millimetre.
+constexpr double metres_per_millimetre = 1e-3;  ///< Per millimetre.
 
 geometry::Vec3 to_metres(const gp_Pnt& p) {
-  return {kMetres * p.X(), kMetres * p.Y(), kMetres * p.Z()};
+  return {metres_per_millimetre * p.X(), metres_per_millimetre * p.Y(), metres_per_millimetre * p.Z()};
 }
 
 StepFace describe(const TopoDS_Face& shape, const StepReadOptions& options) {
@@ -48,7 +48,7 @@ StepFace describe(const TopoDS_Face& shape, const StepReadOptions& options) {
   GProp_GProps properties;
   constexpr double area_precision = 1e-8;  // Relative; without it the library stops at some 1e-5.
   BRepGProp::SurfaceProperties(shape, properties, area_precision);
-  face.area_m2 = properties.Mass() * kMetres * kMetres;
+  face.area_m2 = properties.Mass() * metres_per_millimetre * metres_per_millimetre;
 
   double u0 = 0;
   double u1 = 0;

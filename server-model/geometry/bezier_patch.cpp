@@ -13,7 +13,7 @@ double binomial(int n, int k) {
   return value;
 }
 
-using Ordinates = std::array<std::array<double, kMaxDegree + 1>, kMaxDegree + 1>;
+using Ordinates = std::array<std::array<double, max_degree + 1>, max_degree + 1>;
 
 /// [i][k]: the k-th Bernstein ordinate of degree N of w^i, w running from `low` to `high`. That is its polar
 /// form at k arguments `high` and N - k arguments `low`: sum_m C(k,m) C(N-k,i-m) high^m low^(i-m) / C(N,i).
@@ -31,7 +31,7 @@ Ordinates bernstein_ordinates(int degree, double low, double high) {
   return ordinates;
 }
 
-Vec3 de_casteljau(std::array<Vec3, kMaxDegree + 1> points, int degree, double t) {
+Vec3 de_casteljau(std::array<Vec3, max_degree + 1> points, int degree, double t) {
   for (int level = degree; level > 0; --level) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(level); ++i) {
       points[i] = (1 - t) * points[i] + t * points[i + 1];
@@ -43,8 +43,8 @@ Vec3 de_casteljau(std::array<Vec3, kMaxDegree + 1> points, int degree, double t)
 }  // namespace
 
 Vec3 BezierPatch::evaluate(double u, double v) const {
-  std::array<Vec3, kMaxDegree + 1> row;
-  std::array<Vec3, kMaxDegree + 1> column;
+  std::array<Vec3, max_degree + 1> row;
+  std::array<Vec3, max_degree + 1> column;
   for (int i = 0; i <= degree; ++i) {
     for (int j = 0; j <= degree; ++j) row[static_cast<std::size_t>(j)] = at(i, j);
     column[static_cast<std::size_t>(i)] = de_casteljau(row, degree, v);

@@ -14,7 +14,7 @@ struct FuzzyPointOptions {
       0.02;  ///< R_min / L: eq. 1 makes the most certain points vanish (R = 0 at rho = 1).
 };
 
-inline constexpr int kFuzzyShells = 5;
+inline constexpr int fuzzy_shell_count = 5;
 
 struct FuzzyShell {
   double radius_m = 0;
@@ -29,6 +29,6 @@ double fuzzy_opacity(double r, double rho, const FuzzyPointOptions& options = {}
 
 /// Outermost first: radii R (5, 4, 3, 2, 1)/5 and alphas whose composite is the staircase through T at the
 /// middles of the shells; within rho / 10 of the linear T.
-std::array<FuzzyShell, kFuzzyShells> fuzzy_shells(double rho, const FuzzyPointOptions& options = {});
+std::array<FuzzyShell, fuzzy_shell_count> fuzzy_shells(double rho, const FuzzyPointOptions& options = {});
 
 }  // namespace handloft::geometry

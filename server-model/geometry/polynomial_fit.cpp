@@ -13,10 +13,10 @@ namespace handloft::geometry {
 namespace {
 
 /// Points per block: their rows (28 + 1 columns at most) stay in the second-level cache.
-constexpr std::size_t kBlockPoints = 256;
+constexpr std::size_t block_points = 256;
 
 /// Beyond this a coordinate is no length of anything that a hand shapes, and its square nears overflow.
-constexpr double kMaxCoordinateM = 1e100;
+constexpr double max_coordinate_m = 1e100;
 
 /// A power of two near 1 / largest weight: tiny or huge weights must not underflow or overflow, and scaling
 /// by a power of two changes no bit of the solution.
@@ -32,7 +32,7 @@ Result<PolynomialFit> fit(std::size_t count, const PointOf& local_point, const B
                           double weight_factor, const FitOptions& options) {
   const int p = coefficient_count(options.degree);
   RowQr qr(p);
-  Eigen::MatrixXd block(kBlockPoints, p + 1);
+  Eigen::MatrixXd block(block_points, p + 1);
   Eigen::Index used = 0;
   std::size_t weighted_points = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -55,9 +55,9 @@ Result<PolynomialFit> fit(std::size_t count, const PointOf& local_point, const B
 namespace detail {
 
 Status check_fit_options(const FitOptions& options) {
-  if (options.degree < kMinDegree || options.degree > kMaxDegree) {
+  if (options.degree < min_degree || options.degree > max_degree) {
     return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found {}, expected {}..{}", options.degree, kMinDegree, kMaxDegree),
+                      fmt::format("found {}, expected {}..{}", options.degree, min_degree, max_degree),
                       "degree");
   }
   if (!(options.rank_threshold > 0 && options.rank_threshold < 1)) {
@@ -69,7 +69,7 @@ Status check_fit_options(const FitOptions& options) {
 }
 
 Status check_point(const WeightedPoint& point, const std::string& field) {
-  if (!(point.position.cwiseAbs().maxCoeff() <= kMaxCoordinateM) || !point.position.allFinite()) {
+  if (!(point.position.cwiseAbs().maxCoeff() <= max_coordinate_m) || !point.position.allFinite()) {
     return make_error(ErrorCode::invalid_argument,
                       fmt::format("found ({}, {}, {}), expected finite metres", point.position.x(),
                                   point.position.y(), point.position.z()),
@@ -86,7 +86,8 @@ Status check_point(const WeightedPoint& point, const std::string& field) {
 Status check_points(std::span<const WeightedPoint> points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const WeightedPoint& point = points[i];
-    const bool fine = point.position.allFinite() && point.position.cwiseAbs().maxCoeff() <= kMaxCoordinateM &&
+    const bool fine = point.position.allFinite() &&
+                      point.position.cwiseAbs().maxCoeff() <= max_coordinate_m &&
                       std::isfinite(point.weight) && point.weight >= 0;
     if (!fine) return check_point(point, fmt::format("points[{}]", i));
   }
@@ -115,7 +116,7 @@ Box2 scaling_box(std::span<const WeightedPoint> local_points) {
 
 void weighted_row(const WeightedPoint& local_point, const Box2& box, int degree, double* row,
                   std::ptrdiff_t stride) {
-  std::array<double, kMaxCoefficients> terms;
+  std::array<double, max_coefficients> terms;
   const Vec2 uv = (local_point.position.head<2>() - box.centre).cwiseQuotient(box.half_extent);
   evaluate_monomials(degree, uv.x(), uv.y(), terms.data());
   const double root = std::sqrt(local_point.weight);
@@ -129,7 +130,7 @@ Result<PolynomialFit> solve_for_largest_degree(const RowQr& qr, const Box2& box,
   if (!qr.triangle().allFinite()) {
     return make_error(ErrorCode::invalid_argument, "the coordinates are too large to compute with", "points");
   }
-  for (int degree = options.degree; degree >= kMinDegree; --degree) {
+  for (int degree = options.degree; degree >= min_degree; --degree) {
     const int p = coefficient_count(degree);
     if (point_count < static_cast<std::size_t>(p) || qr.rank(p, options.rank_threshold) < p) continue;
     const Eigen::VectorXd c = qr.solve(p);

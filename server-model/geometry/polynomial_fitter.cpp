@@ -11,7 +11,7 @@ namespace {
 
 /// A point may lie this many half extents from the box's centre before the variables are scaled anew: at 2
 /// the highest monomial reaches 2^6, which costs less than two digits.
-constexpr double kMaxScaledCoordinate = 2.0;
+constexpr double max_scaled_coordinate = 2.0;
 
 int columns_of(const FitOptions& options) {
   return detail::check_fit_options(options).ok() ? coefficient_count(options.degree) : 0;
@@ -24,7 +24,7 @@ PolynomialFitter::PolynomialFitter(const FitOptions& options)
 
 bool PolynomialFitter::outgrows_box(const WeightedPoint& point) const {
   const Vec2 uv = (point.position.head<2>() - box_.centre).cwiseQuotient(box_.half_extent);
-  return uv.cwiseAbs().maxCoeff() > kMaxScaledCoordinate;
+  return uv.cwiseAbs().maxCoeff() > max_scaled_coordinate;
 }
 
 void PolynomialFitter::row_of(const WeightedPoint& point, double* row) const {
@@ -62,7 +62,7 @@ Result<PolynomialFitter::Slot> PolynomialFitter::add(const WeightedPoint& local_
     refactor();
     return slot;
   }
-  std::array<double, kMaxCoefficients + 1> row;
+  std::array<double, max_coefficients + 1> row;
   row_of(local_point, row.data());
   qr_.add_row(row.data());
   return slot;
@@ -85,7 +85,7 @@ Status PolynomialFitter::remove(Slot slot) {
   samples_[slot].live = false;
   --live_count_;
   weight_sum_ -= samples_[slot].point.weight;
-  std::array<double, kMaxCoefficients + 1> row;
+  std::array<double, max_coefficients + 1> row;
   row_of(samples_[slot].point, row.data());
   if (!qr_.remove_row(row.data())) refactor();
   return {};

@@ -10,17 +10,17 @@
 namespace handloft::geometry {
 namespace {
 
-constexpr std::array<Monomial, kMaxCoefficients> make_monomials() {
-  std::array<Monomial, kMaxCoefficients> terms{};
+constexpr std::array<Monomial, max_coefficients> make_monomials() {
+  std::array<Monomial, max_coefficients> terms{};
   std::size_t k = 1;  // terms[0] is the constant.
-  for (int degree = 1; degree <= kMaxDegree; ++degree) {
+  for (int degree = 1; degree <= max_degree; ++degree) {
     for (int y_power = 1; y_power < degree; ++y_power) terms[k++] = {degree - y_power, y_power};
     terms[k++] = {degree, 0};
     terms[k++] = {0, degree};
   }
   return terms;
 }
-constexpr std::array<Monomial, kMaxCoefficients> kMonomials = make_monomials();
+constexpr std::array<Monomial, max_coefficients> monomial_table = make_monomials();
 
 /// Position of x^i y^j in the order of eq. 2.
 constexpr std::size_t index_of(int i, int j) {
@@ -33,7 +33,7 @@ constexpr std::size_t index_of(int i, int j) {
 }
 static_assert(index_of(1, 1) == 3 && index_of(2, 0) == 4 && index_of(0, 2) == 5);
 
-using Powers = std::array<double, kMaxDegree + 1>;
+using Powers = std::array<double, max_degree + 1>;
 
 inline void powers_of(double u, int degree, Powers& powers) {
   powers[0] = 1;
@@ -49,9 +49,9 @@ double binomial(int n, int k) {
 }
 
 Status check_coefficients(int degree, std::span<const double> coefficients) {
-  if (degree < kMinDegree || degree > kMaxDegree) {
+  if (degree < min_degree || degree > max_degree) {
     return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found {}, expected {}..{}", degree, kMinDegree, kMaxDegree), "degree");
+                      fmt::format("found {}, expected {}..{}", degree, min_degree, max_degree), "degree");
   }
   const auto expected = static_cast<std::size_t>(coefficient_count(degree));
   if (coefficients.size() != expected) {
@@ -72,8 +72,8 @@ Status check_coefficients(int degree, std::span<const double> coefficients) {
 }  // namespace
 
 std::span<const Monomial> monomials(int degree) {
-  assert(degree >= 0 && degree <= kMaxDegree);
-  return std::span(kMonomials).first(static_cast<std::size_t>(coefficient_count(degree)));
+  assert(degree >= 0 && degree <= max_degree);
+  return std::span(monomial_table).first(static_cast<std::size_t>(coefficient_count(degree)));
 }
 
 void evaluate_monomials(int degree, double u, double v, double* out) {

@@ -16,14 +16,14 @@
 
 namespace handloft::geometry {
 
-inline constexpr int kMinDegree = 1;
-inline constexpr int kMaxDegree = 6;
+inline constexpr int min_degree = 1;
+inline constexpr int max_degree = 6;
 
 /// (N+1)(N+2)/2.
 constexpr int coefficient_count(int degree) {
   return (degree + 1) * (degree + 2) / 2;
 }
-inline constexpr int kMaxCoefficients = coefficient_count(kMaxDegree);
+inline constexpr int max_coefficients = coefficient_count(max_degree);
 
 /// The term x^x_power y^y_power.
 struct Monomial {
@@ -31,7 +31,7 @@ struct Monomial {
   int y_power = 0;
 };
 
-/// The coefficient_count(degree) terms in the order of eq. 2. Precondition: degree in 0..kMaxDegree.
+/// The coefficient_count(degree) terms in the order of eq. 2. Precondition: degree in 0..max_degree.
 std::span<const Monomial> monomials(int degree);
 
 /// All monomials of the degree at (u, v), in order. `out` holds coefficient_count(degree) numbers.
@@ -94,9 +94,9 @@ class PolynomialSurface {
   bool operator==(const PolynomialSurface& other) const;
 
  private:
-  int degree_ = kMinDegree;
+  int degree_ = min_degree;
   Box2 box_{Vec2::Zero(), Vec2::Ones()};
-  std::array<double, kMaxCoefficients> scaled_{};
+  std::array<double, max_coefficients> scaled_{};
 };
 
 }  // namespace handloft::geometry

@@ -9,10 +9,10 @@ namespace handloft::geometry {
 namespace {
 
 /// Rows per block: 256 rows of 29 doubles are 58 KB and stay in the second-level cache with their triangle.
-constexpr Eigen::Index kBlockRows = 256;
+constexpr Eigen::Index block_rows = 256;
 
 /// Downdating loses digits as 1 / alpha; below this more than half of them (8 of 16) are gone.
-constexpr double kMinDowndateAlpha = 1e-4;
+constexpr double min_downdate_alpha = 1e-4;
 
 /// Householder QR in place of [triangle; block], column by column (the structure of the triangle is used: a
 /// reflection touches one row of it and the whole block). Costs 4 m p^2 / 2 flops for m rows.
@@ -46,8 +46,8 @@ RowQr::RowQr(int columns) : columns_(columns), triangle_(Eigen::MatrixXd::Zero(c
 
 void RowQr::append(Eigen::Ref<Eigen::MatrixXd> rows) {
   assert(rows.cols() == columns_ + 1);
-  for (Eigen::Index begin = 0; begin < rows.rows(); begin += kBlockRows) {
-    annihilate(triangle_, rows.middleRows(begin, std::min(kBlockRows, rows.rows() - begin)));
+  for (Eigen::Index begin = 0; begin < rows.rows(); begin += block_rows) {
+    annihilate(triangle_, rows.middleRows(begin, std::min(block_rows, rows.rows() - begin)));
   }
   rows_ += static_cast<std::size_t>(rows.rows());
 }
@@ -82,7 +82,7 @@ bool RowQr::remove_row(const double* row) {
   const double norm = q.norm();
   if (!(norm < 1)) return false;
   const double alpha = std::sqrt((1 - norm) * (1 + norm));
-  if (alpha < kMinDowndateAlpha) return false;
+  if (alpha < min_downdate_alpha) return false;
 
   // The residual of the removed row: its part of b that the others' solution leaves, over alpha.
   const double zeta = (row[p] - q.dot(triangle_.col(p).head(p))) / alpha;

@@ -11,7 +11,7 @@ namespace handloft::geometry {
 namespace {
 
 /// Points of the auxiliary polyline along which arc length is measured: its error is far below a chord's.
-constexpr int kArcLengthSamples = 1024;
+constexpr int arc_length_samples = 1024;
 
 }  // namespace
 
@@ -46,9 +46,9 @@ Result<Superellipse> Superellipse::create(const Box2& box, double exponent) {
   }
   Superellipse result;
   result.box_ = box;
-  const double least = std::max(kMinExtentFraction * box.half_extent.maxCoeff(), kMinExtentM);
+  const double least = std::max(min_extent_fraction * box.half_extent.maxCoeff(), min_extent_m);
   result.box_.half_extent = box.half_extent.cwiseMax(least);
-  result.exponent_ = std::clamp(exponent, kMinExponent, kMaxExponent);
+  result.exponent_ = std::clamp(exponent, min_exponent, max_exponent);
   return result;
 }
 
@@ -80,14 +80,14 @@ std::vector<Vec2> Superellipse::contour(double level, int per_quadrant) const {
   // One quadrant of the unit superellipse, from (1, 0) to (0, 1), by Lame's parameter.
   std::vector<Vec2> curve;
   std::vector<double> length{0};
-  curve.reserve(kArcLengthSamples + 1);
-  length.reserve(kArcLengthSamples + 1);
+  curve.reserve(arc_length_samples + 1);
+  length.reserve(arc_length_samples + 1);
   curve.emplace_back(1, 0);
-  for (int i = 1; i <= kArcLengthSamples; ++i) {
-    const double t = std::numbers::pi / 2 * i / kArcLengthSamples;
-    curve.emplace_back(i == kArcLengthSamples ? Vec2(0, 1)
-                                              : Vec2(std::pow(std::cos(t), 2 / exponent_),
-                                                     std::pow(std::sin(t), 2 / exponent_)));
+  for (int i = 1; i <= arc_length_samples; ++i) {
+    const double t = std::numbers::pi / 2 * i / arc_length_samples;
+    curve.emplace_back(i == arc_length_samples ? Vec2(0, 1)
+                                               : Vec2(std::pow(std::cos(t), 2 / exponent_),
+                                                      std::pow(std::sin(t), 2 / exponent_)));
     length.push_back(length.back() + (curve.back() - curve[curve.size() - 2]).norm());
   }
 

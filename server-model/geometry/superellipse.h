@@ -10,12 +10,12 @@
 
 namespace handloft::geometry {
 
-inline constexpr double kMinExponent = 0.2;  ///< A22: thinner stars than this have no area to see.
-inline constexpr double kMaxExponent = 20;   ///< A22: a square to the eye.
+inline constexpr double min_exponent = 0.2;  ///< A22: thinner stars than this have no area to see.
+inline constexpr double max_exponent = 20;   ///< A22: a square to the eye.
 /// Stands for a box side of zero length, as a fraction of the other side (A22).
-inline constexpr double kMinExtentFraction = 1e-3;
+inline constexpr double min_extent_fraction = 1e-3;
 /// Below this a box side is taken for zero even if the other is, too: a hundredth of a millimetre.
-inline constexpr double kMinExtentM = 1e-5;
+inline constexpr double min_extent_m = 1e-5;
 
 /// T = exp(-f^6 / 10), in 0..1; 0 for NaN.
 double opacity_at_level(double f);

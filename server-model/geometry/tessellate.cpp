@@ -11,13 +11,13 @@ namespace {
 
 /// The opacity falls from f = 0.9 on (T = 0.95) to the rim; steps of 0.12 draw eq. 7 within 0.03 when the
 /// triangles interpolate it linearly.
-constexpr double kFadeBegin = 0.9;
-constexpr double kFadeStep = 0.12;
+constexpr double fade_begin = 0.9;
+constexpr double fade_step = 0.12;
 
 /// Samples per side of the grid on which the curvature is looked for.
-constexpr int kCurvatureSamples = 9;
+constexpr int curvature_samples = 9;
 
-constexpr int kLargestDivisions = 1024;
+constexpr int largest_divisions = 1024;
 
 Status check_options(const TessellationOptions& options) {
   if (!std::isfinite(options.chord_tolerance_m) || options.chord_tolerance_m <= 0) {
@@ -26,10 +26,10 @@ Status check_options(const TessellationOptions& options) {
                       "chord_tolerance_m");
   }
   if (options.min_divisions < 2 || options.max_divisions < options.min_divisions ||
-      options.max_divisions > kLargestDivisions) {
+      options.max_divisions > largest_divisions) {
     return make_error(ErrorCode::invalid_argument,
                       fmt::format("found {}..{}, expected 2 <= min <= max <= {}", options.min_divisions,
-                                  options.max_divisions, kLargestDivisions),
+                                  options.max_divisions, largest_divisions),
                       "divisions");
   }
   return {};
@@ -46,9 +46,9 @@ int divisions_for(double length, double second_derivative, const TessellationOpt
 /// Largest second derivative of the heights in any direction, over the box.
 double largest_second_derivative(const PolynomialSurface& surface, const Box2& box) {
   double largest = 0;
-  for (int i = 0; i < kCurvatureSamples; ++i) {
-    for (int j = 0; j < kCurvatureSamples; ++j) {
-      const Vec2 unit(2.0 * i / (kCurvatureSamples - 1) - 1, 2.0 * j / (kCurvatureSamples - 1) - 1);
+  for (int i = 0; i < curvature_samples; ++i) {
+    for (int j = 0; j < curvature_samples; ++j) {
+      const Vec2 unit(2.0 * i / (curvature_samples - 1) - 1, 2.0 * j / (curvature_samples - 1) - 1);
       const Vec2 xy = box.centre + unit.cwiseProduct(box.half_extent);
       const HeightDerivatives d = surface.derivatives(xy.x(), xy.y());
       // Largest absolute eigenvalue of the Hessian.
@@ -102,7 +102,7 @@ std::vector<double> ring_fractions(const Superellipse& superellipse, int divisio
   std::vector<double> rings;
   double s = 0;
   while (s < 1) {
-    const double limit = std::max(rim * std::pow(s, n), kFadeBegin) + kFadeStep;
+    const double limit = std::max(rim * std::pow(s, n), fade_begin) + fade_step;
     double next = std::min(s + even_step, std::pow(std::min(limit / rim, 1.0), 1 / n));
     if (next > 1 - 0.1 * (next - s)) next = 1;  // No sliver at the rim.
     rings.push_back(next);

@@ -20,7 +20,7 @@ using geometry::Superellipse;
 using geometry::Vec2;
 using geometry::Vec3;
 
-constexpr double kOnSurface = 1e-6;  // metres
+constexpr double on_surface_m = 1e-6;  // metres
 
 SurfaceExport shell(double exponent, int degree, const std::string& name = "top") {
   SurfaceExport item;
@@ -70,13 +70,13 @@ TEST_F(StepFile, A26_TrimmedFacesOfAllExponentsAreValidAndOnTheSurface) {
     EXPECT_EQ(face.degree_u, 3);
     EXPECT_GT(face.samples.size(), 20U);
     for (const Vec3& p : face.samples) {
-      EXPECT_LE(distance_from(item, p), kOnSurface);
+      EXPECT_LE(distance_from(item, p), on_surface_m);
       const Vec3 local = item.frame.to_local(p);
       EXPECT_LE(item.superellipse.level(local.head<2>()), geometry::trim_level() * (1 + 1e-4));
     }
     ASSERT_GT(face.boundary.size(), 100U);
     for (const Vec3& p : face.boundary) {
-      EXPECT_LE(distance_from(item, p), kOnSurface);
+      EXPECT_LE(distance_from(item, p), on_surface_m);
       // On the half-opaque contour, to first order: |f - level| over the gradient is a length.
       const Vec2 xy = item.frame.to_local(p).head<2>();
       const Vec2 radial = xy - item.superellipse.centre();
@@ -122,7 +122,7 @@ TEST_F(StepFile, NamesAndAllDegreesAreKept) {
   EXPECT_EQ(content.faces[1].name, "it's a \\   mouse");
   EXPECT_EQ(content.faces[5].name, "part 6");
   for (std::size_t i = 0; i < 6; ++i) {
-    for (const Vec3& p : content.faces[i].samples) EXPECT_LE(distance_from(items[i], p), kOnSurface) << i;
+    for (const Vec3& p : content.faces[i].samples) EXPECT_LE(distance_from(items[i], p), on_surface_m) << i;
   }
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 TEST(BezierPatch, A26_IsExactlyThePolynomial) {
   std::mt19937_64 random(50);
-  for (int degree = kMinDegree; degree <= kMaxDegree; ++degree) {
+  for (int degree = min_degree; degree <= max_degree; ++degree) {
     const PolynomialSurface surface = test::random_surface(random, degree, {{0.03, -0.02}, {0.08, 0.05}});
     const Frame frame = test::random_frame(random);
     const Box2 box{{0.02, -0.01}, {0.1, 0.06}};

@@ -8,7 +8,7 @@
 namespace handloft::geometry {
 namespace {
 
-constexpr double kHalfInch = 0.0127;
+constexpr double half_inch_m = 0.0127;
 
 TEST(FuzzyPoint, A2_HandValuesOfEq1) {
   EXPECT_NEAR(fuzzy_radius(0.25), 0.375 * 0.0254, 1e-15);
@@ -18,7 +18,7 @@ TEST(FuzzyPoint, A2_HandValuesOfEq1) {
 }
 
 TEST(FuzzyPoint, A2_TheMostCertainPointIsSmallAndNotNothing) {
-  EXPECT_DOUBLE_EQ(fuzzy_radius(1.0), 0.02 * kHalfInch);
+  EXPECT_DOUBLE_EQ(fuzzy_radius(1.0), 0.02 * half_inch_m);
   EXPECT_DOUBLE_EQ(fuzzy_opacity(0, 1.0), 1.0);
 }
 
@@ -57,10 +57,10 @@ TEST(FuzzyPoint, A3_CompositeIsTheStaircaseWithinATenthOfLinear) {
 
 TEST(FuzzyPoint, BadPressureIsClamped) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_DOUBLE_EQ(fuzzy_radius(nan), kHalfInch);
+  EXPECT_DOUBLE_EQ(fuzzy_radius(nan), half_inch_m);
   EXPECT_EQ(fuzzy_opacity(nan, 0.5), 0);
   EXPECT_DOUBLE_EQ(fuzzy_radius(7), fuzzy_radius(1));
-  EXPECT_DOUBLE_EQ(fuzzy_radius(-7), kHalfInch);
+  EXPECT_DOUBLE_EQ(fuzzy_radius(-7), half_inch_m);
 }
 
 }  // namespace

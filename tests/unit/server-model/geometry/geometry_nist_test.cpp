@@ -55,14 +55,14 @@ TEST(NistAccuracy, A6_Wampler2To12Digits) {
 }
 
 TEST(NistAccuracy, A6_Wampler5To7Digits) {
-  EXPECT_GE(wampler_digits({nist::kWampler5Y.begin(), nist::kWampler5Y.end()}, {1, 1, 1, 1, 1, 1}), 7);
+  EXPECT_GE(wampler_digits({nist::wampler5_y.begin(), nist::wampler5_y.end()}, {1, 1, 1, 1, 1, 1}), 7);
 }
 
 TEST(NistAccuracy, A6_LongleyTo12Digits) {
   RowQr qr(7);
   Eigen::MatrixXd rows(16, 8);
   for (Eigen::Index i = 0; i < 16; ++i) {
-    const auto& source = nist::kLongley[static_cast<std::size_t>(i)];
+    const auto& source = nist::longley[static_cast<std::size_t>(i)];
     rows(i, 0) = 1;
     for (Eigen::Index k = 1; k < 7; ++k) rows(i, k) = source[static_cast<std::size_t>(k)];
     rows(i, 7) = source[0];
@@ -70,55 +70,55 @@ TEST(NistAccuracy, A6_LongleyTo12Digits) {
   qr.append(rows);
   const Eigen::VectorXd c = qr.solve(7);
   for (Eigen::Index k = 0; k < 7; ++k) {
-    EXPECT_GE(digits(c[k], nist::kLongleyCoefficients[static_cast<std::size_t>(k)]), 12) << "b" << k;
+    EXPECT_GE(digits(c[k], nist::longley_coefficients[static_cast<std::size_t>(k)]), 12) << "b" << k;
   }
 }
 
 /// Filip's degree, 10, is beyond our surfaces': it tests the solver that they use.
 class Filip : public ::testing::Test {
  protected:
-  static constexpr Eigen::Index kTerms = 11;
-  static constexpr Eigen::Index kRows = 82;
+  static constexpr Eigen::Index filip_terms = 11;
+  static constexpr Eigen::Index filip_rows = 82;
 
   /// [1, u, ..., u^10 | y] with u = (x - centre) / scale.
   static Eigen::MatrixXd design(double centre, double scale) {
-    Eigen::MatrixXd rows(kRows, kTerms + 1);
-    for (Eigen::Index i = 0; i < kRows; ++i) {
-      const double u = (nist::kFilipX[static_cast<std::size_t>(i)] - centre) / scale;
+    Eigen::MatrixXd rows(filip_rows, filip_terms + 1);
+    for (Eigen::Index i = 0; i < filip_rows; ++i) {
+      const double u = (nist::filip_x[static_cast<std::size_t>(i)] - centre) / scale;
       double power = 1;
-      for (Eigen::Index k = 0; k < kTerms; ++k, power *= u) rows(i, k) = power;
-      rows(i, kTerms) = nist::kFilipY[static_cast<std::size_t>(i)];
+      for (Eigen::Index k = 0; k < filip_terms; ++k, power *= u) rows(i, k) = power;
+      rows(i, filip_terms) = nist::filip_y[static_cast<std::size_t>(i)];
     }
     return rows;
   }
 
   static double residual_sum(const Eigen::MatrixXd& rows, const Eigen::VectorXd& c) {
-    return (rows.leftCols(kTerms) * c - rows.col(kTerms)).squaredNorm();
+    return (rows.leftCols(filip_terms) * c - rows.col(filip_terms)).squaredNorm();
   }
 };
 
 TEST_F(Filip, A6_CentredAndScaledQrTo12DigitsOfTheResidualSum) {
-  const auto [low, high] = std::minmax_element(nist::kFilipX.begin(), nist::kFilipX.end());
+  const auto [low, high] = std::minmax_element(nist::filip_x.begin(), nist::filip_x.end());
   const Eigen::MatrixXd rows = design((*low + *high) / 2, (*high - *low) / 2);
-  RowQr qr(kTerms);
+  RowQr qr(filip_terms);
   Eigen::MatrixXd workspace = rows;
   qr.append(workspace);
-  EXPECT_GE(digits(residual_sum(rows, qr.solve(kTerms)), nist::kFilipResidualSumOfSquares), 12);
+  EXPECT_GE(digits(residual_sum(rows, qr.solve(filip_terms)), nist::filip_residual_sum_of_squares), 12);
 }
 
 TEST_F(Filip, A6_CentredAndScaledQrTo13DigitsOfTheRawCoefficients) {
-  const auto [low, high] = std::minmax_element(nist::kFilipX.begin(), nist::kFilipX.end());
+  const auto [low, high] = std::minmax_element(nist::filip_x.begin(), nist::filip_x.end());
   const double centre = (*low + *high) / 2;
   const double scale = (*high - *low) / 2;
   Eigen::MatrixXd rows = design(centre, scale);
-  RowQr qr(kTerms);
+  RowQr qr(filip_terms);
   qr.append(rows);
-  const Eigen::VectorXd scaled = qr.solve(kTerms);
+  const Eigen::VectorXd scaled = qr.solve(filip_terms);
   // ((x - c) / s)^k expanded by Horner's rule over polynomials, in long double: here only the solver is
   // judged.
-  std::array<long double, kTerms> raw{};
-  for (Eigen::Index k = kTerms - 1; k >= 0; --k) {
-    std::array<long double, kTerms> next{};
+  std::array<long double, filip_terms> raw{};
+  for (Eigen::Index k = filip_terms - 1; k >= 0; --k) {
+    std::array<long double, filip_terms> next{};
     for (std::size_t i = 0; i < raw.size(); ++i) {
       next[i] -= raw[i] * static_cast<long double>(centre) / static_cast<long double>(scale);
       if (i + 1 < raw.size()) next[i + 1] += raw[i] / static_cast<long double>(scale);
@@ -127,15 +127,15 @@ TEST_F(Filip, A6_CentredAndScaledQrTo13DigitsOfTheRawCoefficients) {
     raw = next;
   }
   for (std::size_t k = 0; k < raw.size(); ++k) {
-    EXPECT_GE(digits(static_cast<double>(raw[k]), nist::kFilipCoefficients[k]), 13) << "b" << k;
+    EXPECT_GE(digits(static_cast<double>(raw[k]), nist::filip_coefficients[k]), 13) << "b" << k;
   }
 }
 
 TEST_F(Filip, A6_NegativeControl_RawNormalEquationsKeepLessThan3Digits) {
   const Eigen::MatrixXd rows = design(0, 1);
-  const Eigen::MatrixXd a = rows.leftCols(kTerms);
-  const Eigen::VectorXd c = (a.transpose() * a).ldlt().solve(a.transpose() * rows.col(kTerms));
-  EXPECT_LT(digits(c[0], nist::kFilipCoefficients[0]), 3);
+  const Eigen::MatrixXd a = rows.leftCols(filip_terms);
+  const Eigen::VectorXd c = (a.transpose() * a).ldlt().solve(a.transpose() * rows.col(filip_terms));
+  EXPECT_LT(digits(c[0], nist::filip_coefficients[0]), 3);
 }
 
 }  // namespace

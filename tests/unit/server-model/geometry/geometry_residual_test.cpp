@@ -14,7 +14,7 @@
 namespace handloft::geometry {
 namespace {
 
-constexpr double kExact = 1e-9;
+constexpr double exact_tolerance = 1e-9;
 
 /// max |c - c1| / max |c1| in scaled coefficients; the boxes agree since footprints don't move.
 double coefficient_error(const PolynomialSurface& refit, const PolynomialSurface& wanted) {
@@ -54,7 +54,8 @@ TEST(ResidualMatching, A8_RefitGivesTheNewSurface) {
       const auto refit = fit_polynomial_surface(s.cloud, {.degree = degree});
       ASSERT_TRUE(refit.ok());
       ASSERT_EQ(refit->surface.degree(), degree);
-      EXPECT_LE(coefficient_error(refit->surface, s.f1), kExact) << "N = " << degree << ", n = " << n;
+      EXPECT_LE(coefficient_error(refit->surface, s.f1), exact_tolerance)
+          << "N = " << degree << ", n = " << n;
     }
   }
 }
@@ -65,7 +66,7 @@ TEST(ResidualMatching, A8_InTheWorldFrame) {
   const Frame frame = test::random_frame(random);
   for (WeightedPoint& p : s.cloud) p.position = frame.to_world(p.position);
   const std::vector<WeightedPoint> moved = follow_surface(s.cloud, frame, s.f0, s.f1);
-  EXPECT_LE(coefficient_error(fit_polynomial_surface(moved, frame)->surface, s.f1), kExact);
+  EXPECT_LE(coefficient_error(fit_polynomial_surface(moved, frame)->surface, s.f1), exact_tolerance);
 }
 
 TEST(ResidualMatching, A8_NegativeControl_OrthogonalResidualsFail) {
@@ -116,7 +117,7 @@ TEST(ResidualMatching, A9_NegativeControl_PointsPushedSinceTheFitFail_RefitFirst
 
   const PolynomialSurface current = fit_polynomial_surface(s.cloud)->surface;
   match_residuals(s.f1, vertical_residuals(current, s.cloud), s.cloud);
-  EXPECT_LE(coefficient_error(fit_polynomial_surface(s.cloud)->surface, s.f1), kExact);
+  EXPECT_LE(coefficient_error(fit_polynomial_surface(s.cloud)->surface, s.f1), exact_tolerance);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace handloft::geometry {
 namespace {
 
-const Box2 kBox{{0.03, -0.02}, {0.08, 0.05}};
+const Box2 sample_box{{0.03, -0.02}, {0.08, 0.05}};
 
 double polygon_area(const std::vector<Vec2>& p) {
   double twice = 0;
@@ -26,7 +26,7 @@ double polygon_area(const std::vector<Vec2>& p) {
 
 TEST(Superellipse, A22_TouchesTheBoxAtTheMiddlesOfItsSides) {
   for (const double n : {0.2, 0.5, 1.0, 2.0, 7.3, 20.0}) {
-    const auto s = Superellipse::create(kBox, n);
+    const auto s = Superellipse::create(sample_box, n);
     ASSERT_TRUE(s.ok());
     EXPECT_NEAR(s->level({0.11, -0.02}), 1, 1e-12);
     EXPECT_NEAR(s->level({-0.05, -0.02}), 1, 1e-12);
@@ -37,10 +37,10 @@ TEST(Superellipse, A22_TouchesTheBoxAtTheMiddlesOfItsSides) {
 }
 
 TEST(Superellipse, A22_AreaOfTheEllipseAndOfTheContourPolygon) {
-  EXPECT_NEAR(Superellipse::create(kBox, 2)->area(), std::numbers::pi * 0.08 * 0.05, 1e-15);
-  EXPECT_NEAR(Superellipse::create(kBox, 1)->area(), 2 * 0.08 * 0.05, 1e-15);
+  EXPECT_NEAR(Superellipse::create(sample_box, 2)->area(), std::numbers::pi * 0.08 * 0.05, 1e-15);
+  EXPECT_NEAR(Superellipse::create(sample_box, 1)->area(), 2 * 0.08 * 0.05, 1e-15);
   for (const double n : {0.5, 1.0, 2.0, 4.0, 20.0}) {
-    const auto s = Superellipse::create(kBox, n);
+    const auto s = Superellipse::create(sample_box, n);
     for (const double level : {1.0, trim_level()}) {
       EXPECT_NEAR(polygon_area(s->contour(level, 400)) / s->area(level), 1, 1e-3) << n << " " << level;
     }
@@ -49,7 +49,7 @@ TEST(Superellipse, A22_AreaOfTheEllipseAndOfTheContourPolygon) {
 
 TEST(Superellipse, A22_ContourPointsLieOnTheLevel) {
   for (const double n : {0.2, 0.5, 1.0, 1.5, 2.0, 20.0}) {
-    const auto s = Superellipse::create(kBox, n);
+    const auto s = Superellipse::create(sample_box, n);
     // |y'|^n at the tips of a star (n < 1) turns rounding of y' into as much as its n-th power.
     const double tolerance = n < 1 ? 2e-3 : 1e-11;
     for (const Vec2& p : s->contour(visible_level(), 32))
@@ -60,8 +60,8 @@ TEST(Superellipse, A22_ContourPointsLieOnTheLevel) {
 }
 
 TEST(Superellipse, A22_ExponentIsClampedAndZeroSidesWidened) {
-  EXPECT_EQ(Superellipse::create(kBox, 0.01)->exponent(), 0.2);
-  EXPECT_EQ(Superellipse::create(kBox, 1e6)->exponent(), 20);
+  EXPECT_EQ(Superellipse::create(sample_box, 0.01)->exponent(), 0.2);
+  EXPECT_EQ(Superellipse::create(sample_box, 1e6)->exponent(), 20);
   const auto flat = Superellipse::create({{0, 0}, {0.1, 0}}, 2);
   ASSERT_TRUE(flat.ok());
   EXPECT_GT(flat->half_extent().y(), 0);
@@ -73,7 +73,8 @@ TEST(Superellipse, A22_BadInputIsRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(Superellipse::create({{nan, 0}, {1, 1}}, 2).error().field, "box");
   EXPECT_EQ(Superellipse::create({{0, 0}, {1, -1}}, 2).error().field, "box");
-  for (const double n : {nan, 0.0, -2.0}) EXPECT_EQ(Superellipse::create(kBox, n).error().field, "exponent");
+  for (const double n : {nan, 0.0, -2.0})
+    EXPECT_EQ(Superellipse::create(sample_box, n).error().field, "exponent");
 }
 
 TEST(Superellipse, A23_HandValuesOfEq7) {

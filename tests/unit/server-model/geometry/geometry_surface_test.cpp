@@ -33,7 +33,7 @@ TEST(PolynomialSurface, A4_ValueByHand) {
 
 TEST(PolynomialSurface, A4_ScaledCoefficientsExpandToTheSameFunction) {
   std::mt19937_64 random(5);
-  for (int degree = kMinDegree; degree <= kMaxDegree; ++degree) {
+  for (int degree = min_degree; degree <= max_degree; ++degree) {
     const PolynomialSurface scaled = test::random_surface(random, degree, {{0.03, -0.02}, {0.08, 0.05}});
     const auto expanded = PolynomialSurface::from_coefficients(degree, scaled.coefficients());
     ASSERT_TRUE(expanded.ok());

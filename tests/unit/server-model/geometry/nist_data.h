@@ -8,7 +8,7 @@
 namespace handloft::geometry::nist {
 
 // Filip: y = b0 + b1 x + ... + b10 x^10, 82 observations; higher level of difficulty.
-inline constexpr std::array kFilipX{
+inline constexpr std::array filip_x{
     -6.860120914, -4.324130045, -4.358625055, -4.358426747, -6.955852379, -6.661145254, -6.355462942,
     -6.118102026, -7.115148017, -6.815308569, -6.519993057, -6.204119983, -5.853871964, -6.109523091,
     -5.79832982,  -5.482672118, -5.171791386, -4.851705903, -4.517126416, -4.143573228, -3.709075441,
@@ -22,7 +22,7 @@ inline constexpr std::array kFilipX{
     -6.691862621, -6.392544977, -6.067374056, -6.684029655, -6.378719832, -6.065855188, -5.752272167,
     -5.132414673, -4.811352704, -4.098269308, -3.66174277,  -3.2644011,
 };
-inline constexpr std::array kFilipY{
+inline constexpr std::array filip_y{
     0.8116, 0.9072, 0.9052, 0.9039, 0.8053, 0.8377, 0.8667, 0.8809, 0.7975, 0.8162, 0.8515, 0.8766,
     0.8885, 0.8859, 0.8959, 0.8913, 0.8959, 0.8971, 0.9021, 0.909,  0.9139, 0.9199, 0.8692, 0.8872,
     0.89,   0.891,  0.8977, 0.9035, 0.9078, 0.7675, 0.7705, 0.7713, 0.7736, 0.7775, 0.7841, 0.7971,
@@ -31,15 +31,15 @@ inline constexpr std::array kFilipY{
     0.9209, 0.9219, 0.7739, 0.7681, 0.7665, 0.7703, 0.7702, 0.7761, 0.7809, 0.7961, 0.8253, 0.8602,
     0.8809, 0.8301, 0.8664, 0.8834, 0.8898, 0.8964, 0.8963, 0.9074, 0.9119, 0.9228,
 };
-inline constexpr std::array kFilipCoefficients{
+inline constexpr std::array filip_coefficients{
     -1467.4896142298,    -2772.17959193342,    -2316.37108160893,     -1127.97394098372,
     -354.478233703349,   -75.1242017393757,    -10.8753180355343,     -1.06221498588947,
     -0.0670191154593408, -0.00246781078275479, -4.02962525080404e-05,
 };
-inline constexpr double kFilipResidualSumOfSquares = 0.000795851382172941;
+inline constexpr double filip_residual_sum_of_squares = 0.000795851382172941;
 
 // Longley: six economic regressors and a constant; columns y, x1 .. x6.
-inline constexpr std::array<std::array<double, 7>, 16> kLongley{{
+inline constexpr std::array<std::array<double, 7>, 16> longley{{
     {60323, 83.0, 234289, 2356, 1590, 107608, 1947},
     {61122, 88.5, 259426, 2325, 1456, 108632, 1948},
     {60171, 88.2, 258054, 3682, 1616, 109773, 1949},
@@ -57,13 +57,13 @@ inline constexpr std::array<std::array<double, 7>, 16> kLongley{{
     {69331, 115.7, 518173, 4806, 2572, 127852, 1961},
     {70551, 116.9, 554894, 4007, 2827, 130081, 1962},
 }};
-inline constexpr std::array kLongleyCoefficients{
+inline constexpr std::array longley_coefficients{
     -3482258.63459582, 15.0618722713733,    -0.035819179292591, -2.02022980381683,
     -1.03322686717359, -0.0511041056535807, 1829.15146461355,
 };
 
 // Wampler5: y = 1 + x + ... + x^5 plus large noise orthogonal to it, x = 0..20; all coefficients are 1.
-inline constexpr std::array kWampler5Y{
+inline constexpr std::array wampler5_y{
     7590001.0,   -20479994.0, 20480063.0,  -20479636.0, 25231365.0,  -20476094.0, 20489331.0,
     -20460392.0, 18417449.0,  -20413570.0, 20591111.0,  -20302844.0, 18651453.0,  -20077766.0,
     21059195.0,  -19666384.0, 26348481.0,  -18971402.0, 22480719.0,  -17866340.0, 10958421.0,
