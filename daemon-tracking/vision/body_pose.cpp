@@ -1,10 +1,14 @@
 #include "daemon-tracking/vision/body_pose.h"
 
+#include <ceres/tiny_solver.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
+
+#include "daemon-tracking/vision/reprojection.h"
 
 namespace handloft::tracking {
 
@@ -16,82 +20,6 @@ constexpr std::size_t refined_candidates = 4;
 // Poses that differ by less than this are one local minimum.
 constexpr double distinct_angle_rad = 0.05;
 constexpr double distinct_distance_m = 0.02;
-
-/// The normal equations of the Huber-weighted reprojection errors at a pose.
-struct Normal {
-  Matrix6d information = Matrix6d::Zero();
-  Vector6d gradient = Vector6d::Zero();
-  double cost = 0.0;  // Robust, in squared sigmas
-  double squared_px = 0.0;
-  int corners = 0;
-  bool visible = true;
-};
-
-Normal evaluate(std::span<const BodyView> views, const Eigen::Isometry3d& base_from_body,
-                const std::optional<PosePrior>& prior, const Matrix6d& prior_information,
-                const BodyPoseOptions& options) {
-  Normal normal;
-  const Eigen::Matrix3d rotation = base_from_body.linear();
-  for (const BodyView& view : views) {
-    const Eigen::Matrix3d camera_from_carrier = view.carrier_from_camera.linear().transpose();
-    const Eigen::Vector3d camera_position = view.carrier_from_camera.translation();
-    for (const CornerMeasurement& corner : view.corners) {
-      // The corner in the carrier's frame and how it moves with (translation, rotation on the left).
-      Eigen::Vector3d in_carrier;
-      Eigen::Matrix<double, 3, 6> motion;
-      if (view.on == CameraOn::base) {
-        const Eigen::Vector3d arm = rotation * corner.point_m;
-        in_carrier = arm + base_from_body.translation();
-        motion << Eigen::Matrix3d::Identity(), -skew(arm);
-      } else {
-        const Eigen::Vector3d arm = corner.point_m - base_from_body.translation();
-        in_carrier = rotation.transpose() * arm;
-        motion << -rotation.transpose(), rotation.transpose() * skew(arm);
-      }
-      const auto projection =
-          view.camera->project_with_jacobian(camera_from_carrier * (in_carrier - camera_position));
-      if (!projection) {
-        normal.visible = false;
-        normal.cost = std::numeric_limits<double>::infinity();
-        return normal;
-      }
-      const Eigen::Vector2d residual = corner.pixel - projection->pixel;
-      const double sigmas = residual.norm() / options.corner_sigma_px;
-      double weight = 1.0;
-      if (sigmas > options.huber_sigmas) {
-        weight = options.huber_sigmas / sigmas;
-        normal.cost += options.huber_sigmas * (2.0 * sigmas - options.huber_sigmas);
-      } else {
-        normal.cost += sigmas * sigmas;
-      }
-      weight /= options.corner_sigma_px * options.corner_sigma_px;
-      const Eigen::Matrix<double, 2, 6> jacobian = projection->jacobian * camera_from_carrier * motion;
-      normal.information.noalias() += weight * jacobian.transpose() * jacobian;
-      normal.gradient.noalias() += weight * jacobian.transpose() * residual;
-      normal.squared_px += residual.squaredNorm();
-      ++normal.corners;
-    }
-  }
-  if (prior) {
-    Vector6d difference;
-    difference.head<3>() = base_from_body.translation() - prior->base_from_body.translation();
-    difference.tail<3>() = vector_from_rotation(
-        Eigen::Quaterniond(Eigen::Matrix3d(rotation * prior->base_from_body.linear().transpose())));
-    normal.information += prior_information;
-    normal.gradient -= prior_information * difference;
-    normal.cost += difference.dot(prior_information * difference);
-  }
-  return normal;
-}
-
-Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Vector6d& step) {
-  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
-  const Eigen::Quaterniond rotation =
-      (rotation_from_vector(step.tail<3>()) * Eigen::Quaterniond(pose.linear())).normalized();
-  out.linear() = rotation.toRotationMatrix();
-  out.translation() = pose.translation() + step.head<3>();
-  return out;
-}
 
 Status check(std::span<const BodyView> views, const std::optional<PosePrior>& prior) {
   std::size_t corners = 0;
@@ -172,49 +100,37 @@ struct Refined {
 
 std::optional<Refined> refine(std::span<const BodyView> views, const Eigen::Isometry3d& start,
                               const std::optional<PosePrior>& prior, const BodyPoseOptions& options) {
-  Matrix6d prior_information = Matrix6d::Zero();
-  if (prior) {
-    const Eigen::LDLT<Matrix6d> factor(prior->covariance);
-    if (factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;
-    prior_information = factor.solve(Matrix6d::Identity());
-    prior_information = 0.5 * (prior_information + prior_information.transpose()).eval();
-  }
-  Eigen::Isometry3d pose = start;
-  Normal normal = evaluate(views, pose, prior, prior_information, options);
-  if (!normal.visible) return std::nullopt;
-  double damping = 1e-6;
-  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-    Matrix6d damped = normal.information;
-    damped.diagonal() *= 1.0 + damping;
-    const Eigen::LDLT<Matrix6d> factor(damped);
-    if (factor.info() != Eigen::Success) return std::nullopt;
-    const Vector6d step = factor.solve(normal.gradient);
-    if (!step.allFinite()) return std::nullopt;
-    const Eigen::Isometry3d trial = moved(pose, step);
-    Normal at_trial = evaluate(views, trial, prior, prior_information, options);
-    if (at_trial.visible && at_trial.cost <= normal.cost) {
-      pose = trial;
-      normal = at_trial;
-      damping = std::max(damping * 0.1, 1e-9);
-      if (step.norm() < options.converged_step) break;
-    } else {
-      if (step.norm() < options.converged_step) break;  // At the minimum up to rounding
-      damping = std::max(damping, 1e-6) * 100.0;
-      if (damping > 1e9) break;
-    }
-  }
+  const auto cost = BodyPoseCost::create(views, start, prior, options);
+  if (!cost || !reprojection_rms_px(views, start)) return std::nullopt;
+  ceres::TinySolver<BodyPoseCost> solver;
+  solver.options.max_num_iterations = options.max_iterations;
+  solver.options.function_tolerance = options.converged_cost;
+  Vector6d motion = Vector6d::Zero();
+  solver.Solve(*cost, &motion);
+
+  // What the pose is worth, about the pose itself.
   Refined out;
-  out.cost = normal.cost;
-  out.pose.base_from_body = pose;
-  const Eigen::LDLT<Matrix6d> factor(normal.information);
-  if (factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;
-  out.pose.covariance = factor.solve(Matrix6d::Identity());
-  out.pose.covariance = 0.5 * (out.pose.covariance + out.pose.covariance.transpose()).eval();
-  out.pose.reprojection_rms_px = std::sqrt(normal.squared_px / std::max(normal.corners, 1));
-  out.pose.tags = normal.corners / corners_per_tag;
-  for (const BodyView& view : views) out.pose.views += view.corners.empty() ? 0 : 1;
-  out.pose.ambiguity_ratio = std::numeric_limits<double>::infinity();
-  if (!out.pose.covariance.allFinite() || !pose.matrix().allFinite()) return std::nullopt;
+  BodyPose& pose = out.pose;
+  pose.base_from_body = moved(start, motion);
+  const auto rms_px = reprojection_rms_px(views, pose.base_from_body);
+  const auto at_end = BodyPoseCost::create(views, pose.base_from_body, prior, options);
+  if (!rms_px || !at_end) return std::nullopt;
+  Eigen::VectorXd residuals(at_end->NumResiduals());
+  Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian(at_end->NumResiduals(), 6);
+  motion.setZero();
+  if (!(*at_end)(motion.data(), residuals.data(), jacobian.data())) return std::nullopt;
+  const Eigen::LDLT<Matrix6d> information(jacobian.transpose() * jacobian);
+  if (information.info() != Eigen::Success || !information.isPositive()) return std::nullopt;
+  pose.covariance = information.solve(Matrix6d::Identity());
+  pose.covariance = 0.5 * (pose.covariance + pose.covariance.transpose()).eval();
+  pose.reprojection_rms_px = *rms_px;
+  for (const BodyView& view : views) {
+    pose.tags += static_cast<int>(view.corners.size()) / corners_per_tag;
+    pose.views += view.corners.empty() ? 0 : 1;
+  }
+  pose.ambiguity_ratio = std::numeric_limits<double>::infinity();
+  if (!pose.covariance.allFinite() || !pose.base_from_body.matrix().allFinite()) return std::nullopt;
+  out.cost = residuals.squaredNorm();
   return out;
 }
 
@@ -299,8 +215,10 @@ Result<BodyPose> solve_body_pose(std::span<const BodyView> views, const std::opt
   };
   std::vector<Scored> scored;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const Normal normal = evaluate(views, candidates[i], std::nullopt, Matrix6d::Zero(), options);
-    if (normal.visible) scored.push_back({normal.cost, i});
+    const auto cost = BodyPoseCost::create(views, candidates[i], std::nullopt, options);
+    Eigen::VectorXd residuals(cost->NumResiduals());
+    const Vector6d at_start = Vector6d::Zero();
+    if ((*cost)(at_start.data(), residuals.data(), nullptr)) scored.push_back({residuals.squaredNorm(), i});
   }
   std::stable_sort(scored.begin(), scored.end(),
                    [](const Scored& a, const Scored& b) { return a.cost < b.cost; });

@@ -50,8 +50,8 @@ struct BodyPoseOptions {
   double corner_sigma_px = 0.3;  ///< Measured on rendered tags with refined edges.
   double huber_sigmas = 2.5;     ///< Residuals beyond are weighted down.
   int max_iterations = 20;
-  double converged_step = 1e-9;  ///< m and rad
-  double max_rms_px = 3.0;       ///< A worse fit is no pose.
+  double converged_cost = 1e-12;  ///< Change of the cost (squared sigmas) that is only rounding
+  double max_rms_px = 3.0;        ///< A worse fit is no pose.
 };
 
 struct BodyPose {
@@ -72,8 +72,8 @@ std::array<Eigen::Vector3d, 4> tag_corners(const TagPlacement& tag);
 BodyView make_view(const CameraModel& camera, CameraOn on, const Eigen::Isometry3d& carrier_from_camera,
                    std::span<const TagDetection> tags, std::span<const TagPlacement> placements);
 
-/// Refines a pose: Gauss-Newton with Levenberg damping on Huber-weighted reprojection errors (plus the prior,
-/// when given). Fails with failed_precondition when it does not converge to a pose in front of the cameras.
+/// Refines a pose: Levenberg-Marquardt (Ceres) on Huber's loss of the reprojection errors, plus the prior
+/// when given. Fails with failed_precondition when it does not converge to a pose in front of the cameras.
 Result<BodyPose> refine_body_pose(std::span<const BodyView> views, const Eigen::Isometry3d& start,
                                   const std::optional<PosePrior>& prior, const BodyPoseOptions& options = {});
 

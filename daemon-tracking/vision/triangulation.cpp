@@ -1,5 +1,7 @@
 #include "daemon-tracking/vision/triangulation.h"
 
+#include <ceres/tiny_solver.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -9,9 +11,47 @@ namespace handloft::tracking {
 
 namespace {
 
+// A change of the cost (squared sigmas) that is only rounding.
+constexpr double converged_cost = 1e-12;
+// Far above any residual of a point in front of all cameras, and its square still a number.
+constexpr double out_of_sight = 1e30;
+
 Error disagree(const char* message) {
   return make_error(ErrorCode::failed_precondition, message, "views");
 }
+
+/// Reprojection errors of a point in each view's own sigmas, as ceres::TinySolver takes them.
+struct PointCost {
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 3 };
+
+  std::span<const PointView> views;
+
+  int NumResiduals() const { return 2 * static_cast<int>(views.size()); }
+
+  bool operator()(const double* position, double* residuals, double* jacobian) const {
+    Eigen::Map<Eigen::VectorXd> out(residuals, NumResiduals());
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3>> slope(jacobian, jacobian ? NumResiduals() : 0, 3);
+    Eigen::Index row = 0;
+    for (const PointView& view : views) {
+      const Eigen::Matrix3d camera_from_world = view.world_from_camera.linear().transpose();
+      const auto projection = view.camera->project_with_jacobian(
+          camera_from_world *
+          (Eigen::Map<const Eigen::Vector3d>(position) - view.world_from_camera.translation()));
+      if (!projection) {
+        out.setConstant(out_of_sight);
+        slope.setZero();
+        return false;
+      }
+      const Eigen::LLT<Eigen::Matrix2d> sigma(view.covariance);
+      out.segment<2>(row) = sigma.matrixL().solve(projection->pixel - view.pixel);
+      if (jacobian != nullptr)
+        slope.middleRows<2>(row) = sigma.matrixL().solve(projection->jacobian * camera_from_world);
+      row += 2;
+    }
+    return true;
+  }
+};
 
 }  // namespace
 
@@ -22,7 +62,8 @@ Result<TriangulatedPoint> triangulate(std::span<const PointView> views, const Tr
   Eigen::Vector3d rhs = Eigen::Vector3d::Zero();
   for (const PointView& view : views) {
     if (view.camera == nullptr || !view.pixel.allFinite() || !view.covariance.allFinite() ||
-        !view.world_from_camera.matrix().allFinite() || !(view.covariance.determinant() > 0.0))
+        !view.world_from_camera.matrix().allFinite() || !(view.covariance(0, 0) > 0.0) ||
+        !(view.covariance.determinant() > 0.0))
       return make_error(ErrorCode::invalid_argument, "found a view that is not finite or has no covariance",
                         "views");
     const auto ray = view.camera->ray(view.pixel);
@@ -42,28 +83,21 @@ Result<TriangulatedPoint> triangulate(std::span<const PointView> views, const Tr
   if (out.widest_angle_rad < options.min_ray_angle_rad) return disagree("the rays are too parallel to meet");
   out.position_m = lhs.ldlt().solve(rhs);
 
-  for (int iteration = 0; iteration <= options.iterations; ++iteration) {
-    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    out.worst_sigmas = 0.0;
-    for (const PointView& view : views) {
-      const Eigen::Matrix3d camera_from_world = view.world_from_camera.linear().transpose();
-      const auto projection = view.camera->project_with_jacobian(
-          camera_from_world * (out.position_m - view.world_from_camera.translation()));
-      if (!projection) return disagree("the rays meet behind a camera");
-      const Eigen::Matrix2d weight = view.covariance.inverse();
-      const Eigen::Vector2d residual = view.pixel - projection->pixel;
-      const Eigen::Matrix<double, 2, 3> jacobian = projection->jacobian * camera_from_world;
-      information += jacobian.transpose() * weight * jacobian;
-      gradient += jacobian.transpose() * weight * residual;
-      out.worst_sigmas = std::max(out.worst_sigmas, std::sqrt(residual.dot(weight * residual)));
-    }
-    const Eigen::LDLT<Eigen::Matrix3d> factor(information);
-    if (factor.info() != Eigen::Success || !factor.isPositive())
-      return disagree("the views do not fix a point");
-    out.covariance = factor.solve(Eigen::Matrix3d::Identity());
-    if (iteration < options.iterations) out.position_m += factor.solve(gradient);
-  }
+  const PointCost cost{views};
+  ceres::TinySolver<PointCost> solver;
+  solver.options.max_num_iterations = options.max_iterations;
+  solver.options.function_tolerance = converged_cost;
+  solver.Solve(cost, &out.position_m);
+  Eigen::VectorXd residuals(cost.NumResiduals());
+  Eigen::Matrix<double, Eigen::Dynamic, 3> jacobian(cost.NumResiduals(), 3);
+  if (!cost(out.position_m.data(), residuals.data(), jacobian.data()))
+    return disagree("the rays meet behind a camera");
+  for (Eigen::Index row = 0; row < residuals.size(); row += 2)
+    out.worst_sigmas = std::max(out.worst_sigmas, residuals.segment<2>(row).norm());
+  const Eigen::LDLT<Eigen::Matrix3d> information(jacobian.transpose() * jacobian);
+  if (information.info() != Eigen::Success || !information.isPositive())
+    return disagree("the views do not fix a point");
+  out.covariance = information.solve(Eigen::Matrix3d::Identity());
   if (!out.position_m.allFinite() || !out.covariance.allFinite())
     return disagree("the views do not fix a point");
   if (out.worst_sigmas > options.max_sigmas) return disagree("the views disagree: not one point");

@@ -1,7 +1,7 @@
 #pragma once
 // A point from the directions in which two or more calibrated cameras see it at one time (Hartley and
-// Zisserman, chapter 12): the linear solution weighted by pixel covariance, then Gauss-Newton on the
-// reprojection error.
+// Zisserman, chapter 12): the linear solution weighted by pixel covariance, then Levenberg-Marquardt (Ceres)
+// on the reprojection error.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -22,7 +22,7 @@ struct PointView {
 struct TriangulationOptions {
   double min_ray_angle_rad = 0.17;  ///< 10 degrees: below, the depth is a guess.
   double max_sigmas = 4.0;          ///< Largest Mahalanobis reprojection error of a view.
-  int iterations = 6;
+  int max_iterations = 20;
 };
 
 struct TriangulatedPoint {
