@@ -17,6 +17,10 @@ if(HANDLOFT_SANITIZE)
   # Global, so that the generated protobuf code is instrumented alike.
   add_compile_options(-fsanitize=${HANDLOFT_SANITIZE} -fno-omit-frame-pointer
                       -fno-sanitize-recover=all)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # GCC's sanitizer instrumentation makes this warning cry wolf in other people's templates.
+    target_compile_options(handloft_options INTERFACE -Wno-maybe-uninitialized)
+  endif()
   add_link_options(-fsanitize=${HANDLOFT_SANITIZE})
 endif()
 if(HANDLOFT_BUILD_FUZZERS)
@@ -24,6 +28,7 @@ if(HANDLOFT_BUILD_FUZZERS)
     message(FATAL_ERROR "HANDLOFT_BUILD_FUZZERS needs clang (use the preset 'fuzz')")
   endif()
   add_compile_options(-fsanitize=fuzzer-no-link)
+  add_custom_target(fuzzers)  # All of them, and nothing else.
 endif()
 
 # handloft_library(NAME SOURCES a.cpp ... LINK public_dep ... PRIVATE_LINK dep ...)
@@ -80,4 +85,5 @@ function(handloft_fuzzer name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE handloft_options ${ARG_LINK})
   target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+  add_dependencies(fuzzers ${name})
 endfunction()
