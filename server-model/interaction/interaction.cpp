@@ -308,11 +308,12 @@ bool Interaction::submit(const v1::Operation& operation, FrameOutcome& outcome) 
   return true;
 }
 
-// A linked partner is fitted and shown along with its shape by the operations themselves (A12).
+// One step to undo. A linked partner is fitted and shown along with its shape by the operation itself (A12).
 bool Interaction::submit_fit(FrameOutcome& outcome) {
   v1::Operation fit;
   fit.mutable_fit()->set_entity(active_shape());
-  return submit(fit, outcome) && show(model::Representation::surface, outcome);
+  fit.mutable_fit()->set_show(v1::REPRESENTATION_SURFACE);
+  return submit(fit, outcome);
 }
 
 bool Interaction::toggle_representation(FrameOutcome& outcome) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "server-model/geometry/pca_frame.h"
 #include "server-model/geometry/polynomial_fit.h"
@@ -146,6 +147,12 @@ Result<Outcome> fit(const Document& document, const handloft::v1::Fit& request, 
   if (!found) return found.error();
   if (auto status = check_degree(request.degree(), "fit.degree", context.limits); !status)
     return status.error();
+  std::optional<Representation> shown;
+  if (request.show() != handloft::v1::REPRESENTATION_UNSPECIFIED) {
+    auto read = read_representation(request.show(), "fit.show");
+    if (!read) return read.error();
+    shown = *read;
+  }
   const DualShape& shape = **found;
   const std::uint32_t degree = request.degree() == 0 ? shape.requested_degree : request.degree();
   // Fitting the same points again changes nothing.
@@ -160,6 +167,7 @@ Result<Outcome> fit(const Document& document, const handloft::v1::Fit& request, 
     if (!fitted) return fitted;
     outcome = std::move(*fitted);
   }
+  if (shown) show(outcome.document, request.entity(), *shown);
   *outcome.effective.mutable_fit() = request;
   outcome.effective.mutable_fit()->set_degree(degree);
   outcome.words = fmt::format("Fit \"{}\"", shape.name);

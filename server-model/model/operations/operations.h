@@ -33,8 +33,14 @@ Result<Outcome> delete_entity(const Document&, const handloft::v1::Delete&, cons
 /// Only with `resolved` filled; failed_precondition otherwise.
 Result<Outcome> import_strokes(const Document&, const handloft::v1::ImportStrokes&, const ApplyContext&);
 
-// --- shared by several operations
-// -------------------------------------------------------------------------------
+// --- shared by several operations ---
+
+/// What a message asks to be shown. invalid_argument for anything but POINTS, SURFACE and BOTH.
+Result<Representation> read_representation(handloft::v1::Representation representation,
+                                           std::string_view field);
+
+/// Shows the shape so, and its linked partner with it (A12); one without a surface is not shown as one.
+void show(Document& document, std::string_view entity, Representation representation);
 
 /// Puts a changed shape in the place of the former one of its id.
 void put(Document& document, DualShape shape);

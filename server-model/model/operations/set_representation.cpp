@@ -5,30 +5,59 @@
 
 namespace handloft::model {
 
+namespace {
+
+const char* words_for(Representation representation) {
+  switch (representation) {
+    case Representation::points:
+      return "points";
+    case Representation::surface:
+      return "a surface";
+    case Representation::both:
+      return "points and a surface";
+  }
+  return "";
+}
+
+}  // namespace
+
+Result<Representation> read_representation(handloft::v1::Representation representation,
+                                           std::string_view field) {
+  switch (representation) {
+    case handloft::v1::REPRESENTATION_POINTS:
+      return Representation::points;
+    case handloft::v1::REPRESENTATION_SURFACE:
+      return Representation::surface;
+    case handloft::v1::REPRESENTATION_BOTH:
+      return Representation::both;
+    default:
+      return make_error(
+          ErrorCode::invalid_argument,
+          fmt::format("found {}, expected POINTS, SURFACE or BOTH", static_cast<int>(representation)),
+          std::string(field));
+  }
+}
+
+void show(Document& document, std::string_view entity, Representation representation) {
+  const EntityPtr shape = document.find(entity);
+  if (!shape) return;
+  for (const EntityPtr& before : {shape, linked_partner(document, *shape)}) {
+    if (!before || before->representation == representation) continue;
+    if (representation == Representation::surface && !before->fitted()) continue;
+    DualShape changed = *before;
+    changed.representation = representation;
+    put(document, std::move(changed));
+  }
+}
+
 Result<Outcome> set_representation(const Document& document, const handloft::v1::SetRepresentation& request,
                                    const ApplyContext&) {
   auto found = require_entity(document, request.entity(), "set_representation.entity");
   if (!found) return found.error();
-  Representation representation = Representation::points;
-  const char* words = "points";
-  switch (request.representation()) {
-    case handloft::v1::REPRESENTATION_POINTS:
-      break;
-    case handloft::v1::REPRESENTATION_SURFACE:
-      representation = Representation::surface;
-      words = "a surface";
-      break;
-    case handloft::v1::REPRESENTATION_BOTH:
-      representation = Representation::both;
-      words = "points and a surface";
-      break;
-    default:
-      return make_error(ErrorCode::invalid_argument,
-                        fmt::format("found {}, expected POINTS, SURFACE or BOTH",
-                                    static_cast<int>(request.representation())),
-                        "set_representation.representation");
-  }
-  if (representation == Representation::surface && !(*found)->fitted()) {
+  const auto representation =
+      read_representation(request.representation(), "set_representation.representation");
+  if (!representation) return representation.error();
+  if (*representation == Representation::surface && !(*found)->fitted()) {
     return make_error(ErrorCode::failed_precondition,
                       fmt::format("\"{}\" is not fitted yet, so it would vanish", (*found)->id),
                       "set_representation.entity");
@@ -36,14 +65,8 @@ Result<Outcome> set_representation(const Document& document, const handloft::v1:
   Outcome outcome;
   outcome.document = document;
   *outcome.effective.mutable_set_representation() = request;
-  outcome.words = fmt::format("Show \"{}\" as {}", (*found)->name, words);
-  for (const EntityPtr& before : {*found, linked_partner(document, **found)}) {  // Edits are mirrored (A12).
-    if (!before || before->representation == representation) continue;
-    if (representation == Representation::surface && !before->fitted()) continue;
-    DualShape shape = *before;
-    shape.representation = representation;
-    put(outcome.document, std::move(shape));
-  }
+  outcome.words = fmt::format("Show \"{}\" as {}", (*found)->name, words_for(*representation));
+  show(outcome.document, request.entity(), *representation);
   return outcome;
 }
 

@@ -189,7 +189,9 @@ TEST_F(InteractionTest, fit_shows_the_surface_and_representation_toggles_it) {
     }
     send(script_.resting());
   }
+  const std::size_t steps = model_.history().undo_steps();
   touch(PaletteCommand::fit);
+  EXPECT_EQ(model_.history().undo_steps(), steps + 1) << "one touch, one step to undo";
   EXPECT_TRUE(shape("shape-1").fitted());
   EXPECT_EQ(shape("shape-1").representation, model::Representation::surface);
   EXPECT_EQ(interaction_.statistics().commands, 1U) << "one touch, one command, however long it lasts";

@@ -117,6 +117,45 @@ TEST(Fit, TheSamePointsAgainChangeNothing) {
   EXPECT_FALSE(apply(document, fit("top", 3))->changes.empty());
 }
 
+v1::Operation fit_and_show(const std::string& id, v1::Representation representation) {
+  v1::Operation operation = fit(id);
+  operation.mutable_fit()->set_show(representation);
+  return operation;
+}
+
+TEST(Fit, ShowSaysWhatIsSeenAfterwards) {
+  const Document before = applied({}, {create("top"), add("top", saddle_points())});
+  const auto seen = [&](v1::Representation representation) {
+    return applied(before, {fit_and_show("top", representation)}).find("top")->representation;
+  };
+  EXPECT_EQ(seen(v1::REPRESENTATION_UNSPECIFIED), Representation::both);
+  EXPECT_EQ(seen(v1::REPRESENTATION_POINTS), Representation::points);
+  EXPECT_EQ(seen(v1::REPRESENTATION_SURFACE), Representation::surface);
+  EXPECT_EQ(seen(v1::REPRESENTATION_BOTH), Representation::both);
+  expect_refused(before, fit_and_show("top", static_cast<v1::Representation>(9)), ErrorCode::invalid_argument,
+                 "fit.show");
+  // Replaying what was recorded gives the same.
+  const auto result = apply(before, fit_and_show("top", v1::REPRESENTATION_SURFACE));
+  ASSERT_TRUE(result.ok());
+  EXPECT_EQ(document_hash(applied(before, {result->effective})), document_hash(result->document));
+}
+
+TEST(Fit, ShowHoldsForAShapeThatIsFittedAlready) {
+  const Document fitted = applied({}, {create("top"), add("top", saddle_points()), fit("top")});
+  const Document shown = applied(fitted, {fit_and_show("top", v1::REPRESENTATION_SURFACE)});
+  EXPECT_EQ(shown.find("top")->representation, Representation::surface);
+  EXPECT_EQ(shown.find("top")->fit, fitted.find("top")->fit) << "not fitted again";
+}
+
+TEST(Fit, A12ShowHoldsForThePartner) {
+  const Document document =
+      applied({}, {create("side"), symmetry("side", v1::SetSymmetry::PARTNER, 0.1),
+                   add("side", saddle_points()), fit_and_show("side", v1::REPRESENTATION_SURFACE)});
+  const std::string partner = document.find("side")->partner;
+  ASSERT_TRUE(document.find(partner));
+  EXPECT_EQ(document.find(partner)->representation, Representation::surface);
+}
+
 TEST(Fit, A28PointsStayAsTheyAre) {
   const Document before = applied({}, {create("top"), add("top", saddle_points())});
   const Document after = applied(before, {fit("top")});
