@@ -1,6 +1,7 @@
 #include "client-hmd/main/frame_composer.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace handloft::client {
 namespace {
@@ -9,13 +10,20 @@ constexpr double head_fov_y_rad =
     0.80;  ///< Without film: about what a headset's lower half of the view shows.
 constexpr std::size_t min_fingers_for_centre = 3;
 
-// Linear RGB of the five coloured caps, thumb to little finger.
-constexpr std::array<glm::vec3, finger_count> finger_colours{glm::vec3{0.70F, 0.06F, 0.05F},
-                                                             {0.78F, 0.42F, 0.02F},
-                                                             {0.10F, 0.48F, 0.10F},
-                                                             {0.05F, 0.25F, 0.72F},
-                                                             {0.45F, 0.08F, 0.50F}};
+// The default rig's caps, thumb to little finger, as sRGB: until the daemon tells its own.
+constexpr std::array<std::uint32_t, finger_count> default_finger_colours{0xDC2833, 0x28BD3B, 0x2846DC,
+                                                                         0xE6D11E, 0xD232C8};
 constexpr float predicted_opacity = 0.5F;
+
+// IEC 61966-2-1, for one channel of 0x00RRGGBB.
+float linear_channel(std::uint32_t colour, unsigned shift) {
+  const float encoded = static_cast<float>(colour >> shift & 0xFFU) / 255.0F;
+  return encoded <= 0.04045F ? encoded / 12.92F : std::pow((encoded + 0.055F) / 1.055F, 2.4F);
+}
+
+glm::vec3 linear_colour(std::uint32_t srgb) {
+  return {linear_channel(srgb, 16), linear_channel(srgb, 8), linear_channel(srgb, 0)};
+}
 
 struct Viewpoint {
   Eye eye;
@@ -72,13 +80,13 @@ Viewpoint choose_viewpoint(const FrameRequest& request, const FrameSources& sour
 }
 
 void add_cursor(const std::array<std::optional<FingerAnswer>, finger_count>& fingers, const HandStatus& hand,
-                Frame& frame) {
+                const std::array<std::uint32_t, finger_count>& colours, Frame& frame) {
   glm::dvec3 sum(0.0);
   std::size_t count = 0;
   for (std::size_t i = 0; i < finger_count; ++i) {
     if (!fingers[i]) continue;
-    frame.fingers.push_back(
-        {glm::vec3(fingers[i]->position), finger_colours[i], fingers[i]->seen ? 1.0F : predicted_opacity});
+    frame.fingers.push_back({glm::vec3(fingers[i]->position), linear_colour(colours[i]),
+                             fingers[i]->seen ? 1.0F : predicted_opacity});
     sum += fingers[i]->position;
     ++count;
   }
@@ -132,7 +140,10 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   frame.eye = view.eye;
   frame.film = std::move(view.film);
   frame.warp = view.warp;
-  if (tracking.hand) add_cursor(sources.tracking->fingers_at(view.time), *tracking.hand, frame);
+  if (tracking.hand) {
+    add_cursor(sources.tracking->fingers_at(view.time), *tracking.hand,
+               tracking.finger_colours.value_or(default_finger_colours), frame);
+  }
   const HudStatus status = hud_status(request, sources, tracking);
   // A plane for the hand that draws; in a picture without one it would only stand in the way.
   if (status.symmetry && tracking.hand && !tracking.end_of_recording) frame.symmetry = SymmetryHint{};

@@ -54,6 +54,7 @@ struct TrackingStatus {
   bool end_of_recording = false;
   std::optional<HandStatus> hand;
   std::vector<FilmCamera> cameras;
+  std::optional<std::array<std::uint32_t, finger_count>> finger_colours;  ///< sRGB as 0x00RRGGBB, if told.
 };
 
 /// What is kept of the stream; pure, without sockets. Not thread-safe.

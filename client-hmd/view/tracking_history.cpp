@@ -43,6 +43,7 @@ void TrackingHistory::clear() {
   finger_states_.fill(v1::TRACKING_LOST);
   cameras_.clear();
   status_.hand.reset();
+  status_.finger_colours.reset();
   status_.end_of_recording = false;
 }
 
@@ -55,6 +56,11 @@ void TrackingHistory::add(const v1::TrackingFrame& frame, Duration to_local, Tim
   if (frame.has_head()) add_head(frame.head(), time);
   if (frame.hands_size() > 0) add_hand(frame.hands(0), time);
   for (const v1::CameraState& state : frame.cameras()) add_camera(state, to_local);
+  if (frame.fingertip_colours_size() == static_cast<int>(finger_count)) {
+    std::array<std::uint32_t, finger_count> colours{};
+    std::copy(frame.fingertip_colours().begin(), frame.fingertip_colours().end(), colours.begin());
+    status_.finger_colours = colours;
+  }
   status_.cameras.clear();
   for (const Camera& camera : cameras_) status_.cameras.push_back(camera.camera);
 }
@@ -96,19 +102,24 @@ void TrackingHistory::add_hand(const v1::HandState& hand, TimePoint time) {
 }
 
 void TrackingHistory::add_camera(const v1::CameraState& state, Duration to_local) {
-  const std::optional<Pinhole> pinhole = pinhole_of(state);
-  if (!pinhole) {
-    ++status_.refused;
-    return;
-  }
   auto found = std::find_if(cameras_.begin(), cameras_.end(),
                             [&state](const Camera& camera) { return camera.camera.index == state.camera(); });
-  if (found == cameras_.end()) {
-    if (cameras_.size() >= max_cameras) return;
-    found = cameras_.insert(cameras_.end(), Camera{});
+  // Lens and name are told about once a second; between, they are as they were.
+  const bool told = state.width_px() != 0;
+  if (!told && found == cameras_.end()) return;
+  if (told) {
+    const std::optional<Pinhole> pinhole = pinhole_of(state);
+    if (!pinhole) {
+      ++status_.refused;
+      return;
+    }
+    if (found == cameras_.end()) {
+      if (cameras_.size() >= max_cameras) return;
+      found = cameras_.insert(cameras_.end(), Camera{});
+    }
+    constexpr std::size_t max_name_bytes = 64;
+    found->camera = {state.camera(), state.name().substr(0, max_name_bytes), *pinhole, state.on_head()};
   }
-  constexpr std::size_t max_name_bytes = 64;
-  found->camera = {state.camera(), state.name().substr(0, max_name_bytes), *pinhole, state.on_head()};
   if (!usable(state.state())) return;
   MeasuredPose sample;
   sample.time = from_ns(state.exposure_time_ns()) + to_local;

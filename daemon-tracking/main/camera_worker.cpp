@@ -18,10 +18,16 @@ CameraWorker::~CameraWorker() {
 void CameraWorker::offer(CameraFrame frame) {
   {
     const std::lock_guard lock(mutex_);
+    gaps_.note(frame.sequence);
     if (waiting_) ++dropped_;
     waiting_ = std::move(frame);
   }
   changed_.notify_one();
+}
+
+std::uint64_t CameraWorker::missing() const {
+  const std::lock_guard lock(mutex_);
+  return gaps_.missing();
 }
 
 void CameraWorker::finish() {

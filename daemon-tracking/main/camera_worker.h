@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "common/base/log.h"
+#include "daemon-tracking/main/sequence_gaps.h"
 #include "daemon-tracking/source/sample.h"
 #include "daemon-tracking/vision/camera_tracker.h"
 
@@ -31,6 +32,8 @@ class CameraWorker {
   /// Ends after the frame in hand and the one that waits.
   void finish();
   std::uint64_t dropped() const { return dropped_.load(); }
+  /// Frames missing in the camera's own counter.
+  std::uint64_t missing() const;
 
  private:
   void run();
@@ -40,9 +43,10 @@ class CameraWorker {
   Logger log_;
   const Clock& clock_;
   RateLimit complaints_{std::chrono::seconds(1)};
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<CameraFrame> waiting_;
+  SequenceGaps gaps_;
   bool finishing_ = false;
   std::atomic<std::uint64_t> dropped_{0};
   std::thread thread_;

@@ -21,7 +21,6 @@
 #include "daemon-tracking/main/sources.h"
 #include "daemon-tracking/publish/publisher.h"
 #include "daemon-tracking/source/paced_source.h"
-#include "daemon-tracking/source/recorded/recorded_stream.h"
 
 namespace handloft::tracking {
 
@@ -29,8 +28,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto poll_interval = 50ms;         // How soon a requested stop is seen.
-constexpr Duration simulation_lead = 300ms;  // The first frames are rendered before they are due.
+constexpr auto poll_interval = 50ms;            // How soon a requested stop is seen.
+constexpr double latest_frame_intervals = 0.5;  // A simulated frame that is later is dropped.
 constexpr TimePoint fast_simulation_start = from_ns(1'000'000'000);  // Any fixed time but "none".
 constexpr std::size_t fusion_queue_samples = 1024;                   // A second of everything.
 constexpr auto slow_reader_timeout = 30s;
@@ -78,9 +77,9 @@ Result<std::vector<CameraTracker>> make_trackers(const Rig& rig, const Clock& cl
 }
 
 // Real time: vision on workers, fusion on one thread, the source on its own.
-Result<std::vector<std::uint64_t>> run_live(SampleSource& source, std::vector<CameraTracker> trackers,
-                                            FusionStage& stage, const Clock& clock, const Logger& log,
-                                            const StopRequested& stop_requested) {
+Result<std::vector<FrameLosses>> run_live(SampleSource& source, std::vector<CameraTracker> trackers,
+                                          FusionStage& stage, const Clock& clock, const Logger& log,
+                                          const StopRequested& stop_requested) {
   BoundedQueue<FusionInput> queue(fusion_queue_samples);
   RateLimit complaints(1s);
   const auto enqueue = [&](FusionInput input) {
@@ -118,30 +117,33 @@ Result<std::vector<std::uint64_t>> run_live(SampleSource& source, std::vector<Ca
 
   // First nobody produces any more, then what is under way is finished, stage by stage.
   source.stop();
-  std::vector<std::uint64_t> dropped;
+  std::vector<FrameLosses> losses;
   for (const auto& worker : workers) {
     worker->finish();
-    dropped.push_back(worker->dropped());
+    losses.push_back({worker->dropped(), worker->missing()});
   }
   queue.close();
   fusion.join();
   if (!started) return started.error();
-  return dropped;
+  return losses;
 }
 
 // As fast as it goes, on one thread, waiting for whoever wants every frame. The same trackers and the same
 // stage as live, fed in the order of the stream: the same bits.
-void run_fast(SampleStream& stream, std::vector<CameraTracker> trackers, FusionStage& stage,
-              Publisher& publisher, const Logger& log, const StopRequested& stop_requested) {
+std::vector<FrameLosses> run_fast(SampleStream& stream, std::vector<CameraTracker> trackers,
+                                  FusionStage& stage, Publisher& publisher, const Logger& log,
+                                  const StopRequested& stop_requested) {
+  std::vector<SequenceGaps> gaps(trackers.size());
   while (!stop_requested()) {
     const std::optional<Sample> sample = stream.next();
-    if (!sample) return;
+    if (!sample) break;
     const auto* frame = std::get_if<CameraFrame>(&*sample);
     if (frame == nullptr) {
       stage.consume(*sample);
       continue;
     }
     if (frame->camera >= trackers.size()) continue;
+    gaps[frame->camera].note(frame->sequence);
     const Result<CameraObservation> observation = trackers[frame->camera].process(*frame);
     if (!observation) {
       log.warning("camera {}: frame {} can't be used: {}", frame->camera, frame->sequence,
@@ -151,6 +153,9 @@ void run_fast(SampleStream& stream, std::vector<CameraTracker> trackers, FusionS
     stage.consume(*frame, *observation);
     publisher.wait_for_readers(slow_reader_timeout);
   }
+  std::vector<FrameLosses> losses;
+  for (const SequenceGaps& each : gaps) losses.push_back({0, each.missing()});
+  return losses;
 }
 
 Result<net::Endpoint> listening_endpoint(const DaemonOptions& options) {
@@ -163,8 +168,8 @@ bool is_fast(const DaemonOptions& options) {
 
 }  // namespace
 
-Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clock, const Logger& log,
-                                  const StopRequested& stop_requested) {
+Result<Session> run_daemon(const DaemonOptions& options, const Clock& clock, const Logger& log,
+                           const StopRequested& stop_requested) {
   const bool fast = is_fast(options);
   // Real time is brought to the present by a shift, once the session begins.
   Result<SourceSet> sources = open_sources(options, fast ? fast_simulation_start : TimePoint{});
@@ -219,23 +224,20 @@ Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clo
 
   FusionStage stage(std::move(*pipeline), **publisher, recorder.get(), ring ? &*ring : nullptr, clock,
                     fast ? TimeLine::past : TimeLine::present);
-  std::vector<std::uint64_t> dropped;
+  std::vector<FrameLosses> losses;
   if (fast) {
-    run_fast(*sources->stream, std::move(*trackers), stage, **publisher, log, stop_requested);
+    losses = run_fast(*sources->stream, std::move(*trackers), stage, **publisher, log, stop_requested);
   } else {
     PaceOptions pace;
-    const TimePoint start = clock.now() + simulation_lead;
-    pace.shift = start - TimePoint{};
-    if (options.replay) {
-      const Result<Duration> shift = shift_to(*options.replay, start);
-      if (!shift) return shift.error();
-      pace.shift = *shift;
-    }
+    pace.start = TimeLineStart::when_prepared;
+    // A busy machine must not turn into an ever older picture. A recording is played whole.
+    if (!options.replay)
+      pace.drop_frames_later_than = from_seconds(latest_frame_intervals / options.camera_rate_hz);
     PacedSource source("rig", std::move(sources->stream), clock, pace);
-    Result<std::vector<std::uint64_t>> live =
+    Result<std::vector<FrameLosses>> live =
         run_live(source, std::move(*trackers), stage, clock, log, stop_requested);
     if (!live) return live.error();
-    dropped = std::move(*live);
+    losses = std::move(*live);
   }
   stage.publish_end();
   log.info("the session has ended");
@@ -248,14 +250,16 @@ Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clo
   (*publisher)->drain(5s);
   Status recorded;
   if (recorder) recorded = recorder->finish();
-  SessionFigures figures = stage.figures(dropped);
+  SessionFigures figures = stage.figures(losses);
   figures.source = sources->description;
   (*publisher)->stop();
   if (ring_server) ring_server->stop();
   io.finish();
-  if (!recorded) return recorded.error();
-  if (replay_end.error) return *replay_end.error;
-  return figures;
+  // Neither ended the session: all that could be tracked was, and the figures stand.
+  std::optional<Error> problem = replay_end.error;
+  if (!recorded) problem = recorded.error();
+  if (problem) figures.problem = problem->describe();
+  return Session{std::move(figures), std::move(problem)};
 }
 
 }  // namespace handloft::tracking

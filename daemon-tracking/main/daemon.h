@@ -7,6 +7,7 @@
 // replay's.
 
 #include <functional>
+#include <optional>
 
 #include "common/base/clock.h"
 #include "common/base/log.h"
@@ -19,9 +20,16 @@ namespace handloft::tracking {
 /// Asked often; true: end in order.
 using StopRequested = std::function<bool()>;
 
-/// Runs until the source ends (with exit_at_end) or a stop is requested. Errors only where it can't start or
-/// where a recording was lost or damaged.
-Result<SessionFigures> run_daemon(const DaemonOptions& options, const Clock& clock, const Logger& log,
-                                  const StopRequested& stop_requested);
+/// A session that came to its end.
+struct Session {
+  SessionFigures figures;
+  /// What went wrong on the way without ending it: the new recording could not be written to its end, or the
+  /// replayed one is damaged.
+  std::optional<Error> problem;
+};
+
+/// Runs until the source ends (with exit_at_end) or a stop is requested. Errors only where it can't start.
+Result<Session> run_daemon(const DaemonOptions& options, const Clock& clock, const Logger& log,
+                           const StopRequested& stop_requested);
 
 }  // namespace handloft::tracking

@@ -7,7 +7,7 @@ namespace handloft::tracking {
 namespace {
 
 constexpr double ms_per_s = 1000.0;
-constexpr Duration device_report_interval = std::chrono::seconds(1);
+constexpr Duration standing_parts_interval = std::chrono::seconds(1);
 
 net::VideoFormat to_video_format(PixelFormat format) {
   switch (format) {
@@ -33,6 +33,7 @@ FusionStage::FusionStage(TrackingPipeline pipeline, Publisher& publisher, Sample
       time_line_(time_line) {
   const std::vector<CameraCalibration>& cameras = pipeline_.rig().cameras;
   figures_.cameras.resize(cameras.size());
+  gaps_.resize(cameras.size());
   shown_.resize(cameras.size());
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     figures_.cameras[i].name = cameras[i].name;
@@ -71,7 +72,9 @@ void FusionStage::consume(const CameraFrame& frame, const CameraObservation& obs
 void FusionStage::note_frame(const CameraFrame& frame) {
   if (frame.camera >= figures_.cameras.size()) return;
   ++figures_.cameras[frame.camera].frames;
-  note_device("camera/" + pipeline_.rig().cameras[frame.camera].name, frame.capture_time);
+  const std::string device = "camera/" + pipeline_.rig().cameras[frame.camera].name;
+  note_device(device, frame.capture_time);
+  devices_[device].report.dropped += gaps_[frame.camera].note(frame.sequence);
 }
 
 void FusionStage::note_device(const std::string& device, TimePoint time) {
@@ -96,7 +99,10 @@ void FusionStage::publish(const FusedState& state, const CameraFrame& frame) {
     if (!ring_->write(info, *frame.bytes))
       ++devices_["camera/" + pipeline_.rig().cameras[frame.camera].name].report.dropped;
   }
-  fill_tracking_frame(state, pipeline_.rig(), shown_, device_reports(state.time), message_);
+  fill_tracking_frame(state, pipeline_.rig(), shown_, message_);
+  if (!standing_told_ || state.time - *standing_told_ >= standing_parts_interval) {
+    add_standing_parts(pipeline_.rig(), shown_, device_reports(state.time), message_);
+  }
   publisher_.publish(message_);
   ++figures_.published;
   last_state_ = state;
@@ -123,8 +129,7 @@ void FusionStage::update_shown(const CameraFrame& frame) {
 
 std::vector<DeviceReport> FusionStage::device_reports(TimePoint now) {
   std::vector<DeviceReport> reports;
-  if (devices_reported_ && now - *devices_reported_ < device_report_interval) return reports;
-  const double elapsed_s = devices_reported_ ? to_seconds(now - *devices_reported_) : 0.0;
+  const double elapsed_s = standing_told_ ? to_seconds(now - *standing_told_) : 0.0;
   for (auto& [name, device] : devices_) {
     device.report.device = name;
     const auto fresh = static_cast<double>(device.report.samples - device.samples_at_last_report);
@@ -132,22 +137,24 @@ std::vector<DeviceReport> FusionStage::device_reports(TimePoint now) {
     device.samples_at_last_report = device.report.samples;
     reports.push_back(device.report);
   }
-  devices_reported_ = now;
+  standing_told_ = now;
   return reports;
 }
 
 void FusionStage::publish_end() {
   FusedState state = last_state_.value_or(FusedState{});
   ++state.sequence;
-  fill_tracking_frame(state, pipeline_.rig(), shown_, {}, message_);
+  fill_tracking_frame(state, pipeline_.rig(), shown_, message_);
+  add_standing_parts(pipeline_.rig(), shown_, device_reports(state.time), message_);
   message_.set_end_of_recording(true);
   publisher_.publish(message_);
 }
 
-SessionFigures FusionStage::figures(const std::vector<std::uint64_t>& dropped) const {
+SessionFigures FusionStage::figures(const std::vector<FrameLosses>& losses) const {
   SessionFigures figures = figures_;
-  for (std::size_t i = 0; i < figures.cameras.size() && i < dropped.size(); ++i) {
-    figures.cameras[i].dropped = dropped[i];
+  for (std::size_t i = 0; i < figures.cameras.size() && i < losses.size(); ++i) {
+    figures.cameras[i].dropped = losses[i].dropped;
+    figures.cameras[i].missing = losses[i].missing;
   }
   figures.accuracy = accuracy_.accuracy();
   figures.health = pipeline_.health();

@@ -14,12 +14,19 @@
 #include "daemon-tracking/fusion/tracking_pipeline.h"
 #include "daemon-tracking/main/report.h"
 #include "daemon-tracking/main/sample_recorder.h"
+#include "daemon-tracking/main/sequence_gaps.h"
 #include "daemon-tracking/publish/publisher.h"
 #include "daemon-tracking/publish/tracking_message.h"
 #include "daemon-tracking/source/sample.h"
 #include "daemon-tracking/vision/observation.h"
 
 namespace handloft::tracking {
+
+/// Frames of one camera that never came here.
+struct FrameLosses {
+  std::uint64_t dropped = 0;  ///< No worker came to them in time.
+  std::uint64_t missing = 0;  ///< The camera counted, but never delivered them.
+};
 
 /// Latencies only mean something when samples carry the present time.
 enum class TimeLine { present, past };
@@ -38,8 +45,8 @@ class FusionStage {
   /// Tells subscribers that nothing follows.
   void publish_end();
 
-  /// `dropped[i]`: frames of camera i that no worker came to.
-  SessionFigures figures(const std::vector<std::uint64_t>& dropped) const;
+  /// `losses[i]`: of camera i.
+  SessionFigures figures(const std::vector<FrameLosses>& losses) const;
 
  private:
   struct DeviceState {
@@ -62,9 +69,10 @@ class FusionStage {
 
   AccuracyMeter accuracy_;
   SessionFigures figures_;
+  std::vector<SequenceGaps> gaps_;
   std::vector<ShownFrame> shown_;
   std::map<std::string, DeviceState> devices_;
-  std::optional<TimePoint> devices_reported_;
+  std::optional<TimePoint> standing_told_;  // When a frame last carried what hardly changes.
   std::optional<FusedState> last_state_;
   v1::TrackingFrame message_;
 };

@@ -37,14 +37,15 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // A recording at the limit of file sizes is an error of that file only.
 
   const SystemClock clock;
   const Logger log("trackd", *level);
-  const auto figures = tracking::run_daemon(options, clock, log, [] { return stop_signalled.load(); });
-  if (!figures) return fail(figures.error());
+  const auto session = tracking::run_daemon(options, clock, log, [] { return stop_signalled.load(); });
+  if (!session) return fail(session.error());
   if (options.report) {
-    if (const Status written = tracking::write_report(*figures, *options.report); !written)
+    if (const Status written = tracking::write_report(session->figures, *options.report); !written)
       return fail(written.error());
   }
-  return 0;
+  return session->problem ? fail(*session->problem) : 0;
 }

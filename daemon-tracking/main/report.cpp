@@ -31,6 +31,7 @@ std::string to_json(const SessionFigures& figures) {
     cameras.push_back({{"name", camera.name},
                        {"frames", camera.frames},
                        {"dropped", camera.dropped},
+                       {"missing", camera.missing},
                        {"tags", camera.tags},
                        {"fingertips", camera.fingertips},
                        {"vision_ms", percentiles(camera.vision_ms)}});
@@ -44,6 +45,7 @@ std::string to_json(const SessionFigures& figures) {
                          {"published", figures.published},
                          {"missed_by_subscribers", figures.missed_by_subscribers},
                          {"recorded_samples", figures.recorded_samples},
+                         {"problem", figures.problem},
                          {"accuracy",
                           {{"compared", figures.accuracy.compared},
                            {"fingertips_mm", error(figures.accuracy.fingertips_m, mm_per_m)},

@@ -18,6 +18,7 @@ struct CameraFigures {
   std::string name;
   std::uint64_t frames = 0;
   std::uint64_t dropped = 0;  ///< Replaced by a newer frame before the vision came to it.
+  std::uint64_t missing = 0;  ///< Counted by the camera, but never delivered.
   std::uint64_t tags = 0;
   std::uint64_t fingertips = 0;
   Percentiles vision_ms;
@@ -30,6 +31,7 @@ struct SessionFigures {
   std::uint64_t published = 0;
   std::uint64_t missed_by_subscribers = 0;
   std::uint64_t recorded_samples = 0;
+  std::string problem;  ///< What went wrong without ending the session, in words; empty: nothing.
   Accuracy accuracy;
   PipelineHealth health;
   Percentiles capture_to_publish_ms;  ///< Exposure to socket; real time only.

@@ -8,6 +8,7 @@
 
 #include "common/base/version.h"
 #include "common/net/message_server.h"
+#include "daemon-tracking/publish/tracking_message.h"
 #include "proto/session.pb.h"
 
 namespace handloft::tracking {
@@ -21,6 +22,15 @@ const net::SlotKey newest_frame_slot{1, "tracking"};
 struct Subscriber {
   net::ConnectionPtr connection;
   v1::Subscribe::Delivery delivery = v1::Subscribe::LATEST;
+  std::uint64_t ordinal = 0;  // Counts the subscribers from 1.
+
+  void send(const net::Frame& bytes) const {
+    if (delivery == v1::Subscribe::EVERY) {
+      connection->send(bytes);
+    } else {
+      connection->send_latest(newest_frame_slot, bytes);
+    }
+  }
 };
 
 }  // namespace
@@ -34,9 +44,12 @@ struct Publisher::Implementation {
   mutable std::mutex mutex;
   std::condition_variable changed;
   std::vector<Subscriber> subscribers;
+  std::uint64_t subscribed = 0;
   std::uint64_t missed_by_the_gone = 0;
   std::uint64_t overflows = 0;
-  v1::Envelope envelope;  // Reused from frame to frame.
+  v1::Envelope envelope;       // Reused from frame to frame.
+  net::Frame newest;           // For those who come later, as it was sent; null before the first.
+  net::Frame newest_standing;  // The newest with standing parts.
 
   Status on_message(const net::ConnectionPtr& connection, const v1::Envelope& message) {
     if (!message.has_subscribe()) {
@@ -48,11 +61,28 @@ struct Publisher::Implementation {
     if (known != subscribers.end()) {
       known->delivery = message.subscribe().delivery();
     } else {
-      subscribers.push_back({connection, message.subscribe().delivery()});
+      subscribers.push_back({connection, message.subscribe().delivery(), ++subscribed});
+      seed(subscribers.back());
       log.info("{} ({}) subscribes", connection->peer().program, connection->id());
     }
     changed.notify_all();
     return {};
+  }
+
+  // With the mutex held: what was published last, as a whole. Nothing else may come for a long time, or ever.
+  void seed(const Subscriber& subscriber) const {
+    if (newest == nullptr) return;
+    if (newest_standing == nullptr || newest == newest_standing) return subscriber.send(newest);
+    v1::Envelope first, standing;
+    if (!parse(newest, first) || !parse(newest_standing, standing)) return;
+    copy_standing_parts(standing.tracking(), *first.mutable_tracking());
+    if (const Result<net::Frame> bytes = net::encode_frame(first)) subscriber.send(*bytes);
+  }
+
+  // Our own bytes, past their length.
+  static bool parse(const net::Frame& frame, v1::Envelope& envelope) {
+    return envelope.ParseFromArray(frame->data() + net::frame_header_bytes,
+                                   static_cast<int>(frame->size() - net::frame_header_bytes));
   }
 
   void on_closed(const net::ConnectionPtr& connection, const std::string& reason) {
@@ -114,8 +144,13 @@ const net::Endpoint& Publisher::endpoint() const {
 }
 
 void Publisher::publish(v1::TrackingFrame& frame) {
-  const std::vector<Subscriber> subscribers = implementation_->present();
-  if (subscribers.empty()) return;
+  std::vector<Subscriber> subscribers;
+  std::uint64_t known = 0;
+  {
+    const std::lock_guard lock(implementation_->mutex);
+    subscribers = implementation_->subscribers;
+    known = implementation_->subscribed;
+  }
   frame.set_publish_time_ns(to_ns(implementation_->clock.now()));
   implementation_->envelope.mutable_tracking()->Swap(&frame);
   const Result<net::Frame> bytes = net::encode_frame(implementation_->envelope);
@@ -124,12 +159,14 @@ void Publisher::publish(v1::TrackingFrame& frame) {
     implementation_->log.error("a tracking frame was not sent: {}", bytes.error().describe());
     return;
   }
-  for (const Subscriber& subscriber : subscribers) {
-    if (subscriber.delivery == v1::Subscribe::EVERY) {
-      subscriber.connection->send(*bytes);
-    } else {
-      subscriber.connection->send_latest(newest_frame_slot, *bytes);
-    }
+  for (const Subscriber& subscriber : subscribers) subscriber.send(*bytes);
+
+  const std::lock_guard lock(implementation_->mutex);
+  implementation_->newest = *bytes;
+  if (has_standing_parts(frame)) implementation_->newest_standing = *bytes;
+  // Who came in the meantime was given the frame before.
+  for (const Subscriber& subscriber : implementation_->subscribers) {
+    if (subscriber.ordinal > known) implementation_->seed(subscriber);
   }
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 // Publishing to any number of subscribers (T14): each gets the newest state as fast as it reads, a slow one
 // misses frames and never slows the daemon. Only a replay may be slowed, by subscribers that asked for every
-// frame.
+// frame. Who subscribes in the middle, or after the end, gets the last frame at once, made whole.
 
 #include <boost/asio/any_io_executor.hpp>
 #include <chrono>

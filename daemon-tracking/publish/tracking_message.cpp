@@ -1,5 +1,8 @@
 #include "daemon-tracking/publish/tracking_message.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace handloft::tracking {
 
 namespace {
@@ -47,10 +50,11 @@ v1::Gesture to_message(const FusedHand& hand) {
 }
 
 template <typename Matrix>
-void append_rows(const Matrix& matrix, google::protobuf::RepeatedField<double>& to) {
-  to.Reserve(static_cast<int>(matrix.size()));
+void append_upper_triangle(const Matrix& matrix, google::protobuf::RepeatedField<float>& to) {
+  to.Reserve(static_cast<int>(matrix.rows() * (matrix.rows() + 1) / 2));
   for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column) to.Add(matrix(row, column));
+    for (Eigen::Index column = row; column < matrix.cols(); ++column)
+      to.Add(static_cast<float>(matrix(row, column)));
   }
 }
 
@@ -63,7 +67,7 @@ void fill(const FusedHead& head, v1::HeadState& to) {
   set(head.orientation, *to.mutable_world_from_head()->mutable_orientation());
   set(head.velocity_m_s, *to.mutable_linear_velocity());
   set(head.angular_velocity_rad_s, *to.mutable_angular_velocity());
-  append_rows(head.covariance, *to.mutable_covariance());
+  append_upper_triangle(head.covariance, *to.mutable_covariance());
   to.set_reprojection_rms_px(head.reprojection_rms_px);
 }
 
@@ -77,7 +81,7 @@ void fill(const FusedHand& hand, v1::HandState& to) {
     if (tip.state == TrackingState::lost) continue;
     set(tip.position_m, *tip_message.mutable_position());
     set(tip.velocity_m_s, *tip_message.mutable_velocity());
-    append_rows(tip.covariance_m2, *tip_message.mutable_covariance());
+    append_upper_triangle(tip.covariance_m2, *tip_message.mutable_covariance());
   }
   to.set_gesture(to_message(hand));
   to.set_gesture_since_ns(to_ns(hand.gesture_since));
@@ -93,14 +97,18 @@ void fill(const FusedHand& hand, v1::HandState& to) {
   to.set_battery_percent(hand.battery_percent);
 }
 
-void fill(const ShownFrame& shown, const Rig& rig, v1::CameraState& to) {
-  const CameraCalibration& camera = rig.cameras.at(shown.camera);
+void fill(const ShownFrame& shown, CameraRole role, v1::CameraState& to) {
   to.set_camera(shown.camera);
-  to.set_name(camera.name);
   set(shown.world_from_camera.translation(), *to.mutable_world_from_camera()->mutable_position());
   set(Eigen::Quaterniond(shown.world_from_camera.rotation()),
       *to.mutable_world_from_camera()->mutable_orientation());
   to.set_state(to_message(shown.state));
+  to.set_exposure_time_ns(to_ns(shown.exposure_time));
+  to.set_on_head(role == CameraRole::head);
+}
+
+void fill_lens(const CameraCalibration& camera, v1::CameraState& to) {
+  to.set_name(camera.name);
   const CameraIntrinsics& lens = camera.intrinsics;
   to.set_width_px(static_cast<std::uint32_t>(lens.width_px));
   to.set_height_px(static_cast<std::uint32_t>(lens.height_px));
@@ -109,31 +117,76 @@ void fill(const ShownFrame& shown, const Rig& rig, v1::CameraState& to) {
   to.set_cx_px(lens.cx_px);
   to.set_cy_px(lens.cy_px);
   for (const double coefficient : lens.distortion) to.add_distortion(coefficient);
-  to.set_exposure_time_ns(to_ns(shown.exposure_time));
-  to.set_on_head(camera.role == CameraRole::head);
+}
+
+void fill(const DeviceReport& device, v1::DeviceHealth& to) {
+  to.set_device(device.device);
+  to.set_present(device.present);
+  to.set_rate_hz(device.rate_hz);
+  to.set_samples(device.samples);
+  to.set_dropped(device.dropped);
+  to.set_last_sample_ns(to_ns(device.last_sample));
+  to.set_problem(device.problem);
 }
 
 }  // namespace
 
+std::uint32_t srgb_of(const FingertipColour& colour) {
+  // JFIF 1.02: full-range BT.601, both differences centred on 128.
+  const double cb = colour.cb - 128.0, cr = colour.cr - 128.0;
+  const auto channel = [](double value) {
+    return static_cast<std::uint32_t>(std::lround(std::clamp(value, 0.0, 255.0)));
+  };
+  return channel(colour.y + 1.402 * cr) << 16 | channel(colour.y - 0.344136 * cb - 0.714136 * cr) << 8 |
+         channel(colour.y + 1.772 * cb);
+}
+
 void fill_tracking_frame(const FusedState& state, const Rig& rig, const std::vector<ShownFrame>& shown,
-                         const std::vector<DeviceReport>& devices, v1::TrackingFrame& frame) {
+                         v1::TrackingFrame& frame) {
   frame.Clear();
   frame.set_sequence(state.sequence);
   frame.set_capture_time_ns(to_ns(state.time));
   frame.set_source_camera(state.camera);
   fill(state.head, *frame.mutable_head());
   fill(state.hand, *frame.add_hands());
-  for (const ShownFrame& camera : shown) fill(camera, rig, *frame.add_cameras());
-  for (const DeviceReport& device : devices) {
-    v1::DeviceHealth& health = *frame.add_devices();
-    health.set_device(device.device);
-    health.set_present(device.present);
-    health.set_rate_hz(device.rate_hz);
-    health.set_samples(device.samples);
-    health.set_dropped(device.dropped);
-    health.set_last_sample_ns(to_ns(device.last_sample));
-    health.set_problem(device.problem);
+  for (const ShownFrame& camera : shown) {
+    if (camera.camera == state.camera) fill(camera, rig.cameras.at(camera.camera).role, *frame.add_cameras());
   }
+}
+
+void add_standing_parts(const Rig& rig, const std::vector<ShownFrame>& shown,
+                        const std::vector<DeviceReport>& devices, v1::TrackingFrame& frame) {
+  frame.clear_cameras();
+  for (const ShownFrame& camera : shown) {
+    const CameraCalibration& calibration = rig.cameras.at(camera.camera);
+    fill(camera, calibration.role, *frame.add_cameras());
+    fill_lens(calibration, *frame.mutable_cameras(frame.cameras_size() - 1));
+  }
+  for (const DeviceReport& device : devices) fill(device, *frame.add_devices());
+  for (const FingertipColour& colour : rig.colours) frame.add_fingertip_colours(srgb_of(colour));
+}
+
+void copy_standing_parts(const v1::TrackingFrame& from, v1::TrackingFrame& to) {
+  for (const v1::CameraState& camera : from.cameras()) {
+    const auto known =
+        std::find_if(to.mutable_cameras()->begin(), to.mutable_cameras()->end(),
+                     [&](const v1::CameraState& each) { return each.camera() == camera.camera(); });
+    if (known == to.mutable_cameras()->end()) {
+      *to.add_cameras() = camera;
+      continue;
+    }
+    v1::CameraState whole = camera;
+    *whole.mutable_world_from_camera() = known->world_from_camera();
+    whole.set_state(known->state());
+    whole.set_exposure_time_ns(known->exposure_time_ns());
+    *known = std::move(whole);
+  }
+  if (to.devices_size() == 0) *to.mutable_devices() = from.devices();
+  *to.mutable_fingertip_colours() = from.fingertip_colours();
+}
+
+bool has_standing_parts(const v1::TrackingFrame& frame) {
+  return frame.fingertip_colours_size() > 0;
 }
 
 }  // namespace handloft::tracking

@@ -1,6 +1,7 @@
 #pragma once
 // The fused state as the message that subscribers get (T14): one atomic TrackingFrame per observation.
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,24 @@ struct DeviceReport {
   std::string problem;
 };
 
-/// Fills `frame` (cleared first; its memory is reused) with everything but the publish time.
+/// Fills `frame` (cleared first; its memory is reused) with what moves: hand, head and the pose of the camera
+/// whose observation made the state. Everything but the publish time and the standing parts.
 /// A hand on the table (T10) is the gesture ON_TABLE whatever its fingers do, when the glove's table pad says
 /// so.
 void fill_tracking_frame(const FusedState& state, const Rig& rig, const std::vector<ShownFrame>& shown,
-                         const std::vector<DeviceReport>& devices, v1::TrackingFrame& frame);
+                         v1::TrackingFrame& frame);
+
+/// Adds what hardly ever changes and is therefore told only now and then, so that frames are small: all
+/// cameras with names and lenses, the devices' health and the fingertips' colours.
+void add_standing_parts(const Rig& rig, const std::vector<ShownFrame>& shown,
+                        const std::vector<DeviceReport>& devices, v1::TrackingFrame& frame);
+
+/// Gives `to`, which has none, the standing parts of an earlier frame, so that it can be somebody's first.
+/// Its own cameras keep their poses.
+void copy_standing_parts(const v1::TrackingFrame& from, v1::TrackingFrame& to);
+bool has_standing_parts(const v1::TrackingFrame& frame);
+
+/// A cap's colour as 0x00RRGGBB in sRGB.
+std::uint32_t srgb_of(const FingertipColour& colour);
 
 }  // namespace handloft::tracking

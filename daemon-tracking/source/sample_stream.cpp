@@ -51,4 +51,8 @@ std::optional<Sample> MergedStream::next() {
   return sample;
 }
 
+void MergedStream::skip_frames_before(TimePoint time) {
+  for (Head& head : heads_) head.stream->skip_frames_before(time);
+}
+
 }  // namespace handloft::tracking

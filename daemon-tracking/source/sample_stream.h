@@ -21,6 +21,10 @@ class SampleStream {
   virtual ~SampleStream() = default;
   /// The next sample, ordered by delivery_time(); nullopt at the end, for good. Not thread-safe.
   virtual std::optional<Sample> next() = 0;
+  /// Allows the stream to leave out camera frames that reach us before `time`, on its own time line: whoever
+  /// asks is too late for them. Simulated cameras do so instead of drawing them; a recording leaves out
+  /// nothing.
+  virtual void skip_frames_before(TimePoint /*time*/) {}
 };
 
 /// Merges streams by delivery time; of equal times the earlier stream's sample comes first. Deterministic.
@@ -28,6 +32,7 @@ class MergedStream final : public SampleStream {
  public:
   explicit MergedStream(std::vector<std::unique_ptr<SampleStream>> streams);
   std::optional<Sample> next() override;
+  void skip_frames_before(TimePoint time) override;
 
  private:
   struct Head {

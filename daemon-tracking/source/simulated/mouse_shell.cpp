@@ -20,6 +20,10 @@ constexpr double wave_m = 0.0012;
 /// On the side the palm turns towards the wall.
 constexpr double side_roll_rad = 0.6;
 
+/// Where the hand rests at the end: beside the shape, in view of all cameras, and over no palette cell.
+const Vector3d rest_m(-0.15, -0.02, 0.07);
+constexpr double rest_s = 1.0;
+
 /// Pressure grows and fades over the first and last part of a stroke and swings around a level of its own.
 double pressure_course(double u, double level, double swing) {
   constexpr double fade = 0.14;
@@ -98,7 +102,7 @@ HandProgram mouse_shell_program(const mouse_shell::Options& options) {
   program.touch(PaletteCommand::fit);
   program.touch(PaletteCommand::representation);
   program.touch(PaletteCommand::representation);
-  program.gesture(HandPose::open, {-0.02, -0.06, 0.13}, 1.0);
+  program.gesture(HandPose::open, mouse_shell::rest_m, mouse_shell::rest_s);
   return program;
 }
 

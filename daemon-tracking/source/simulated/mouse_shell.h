@@ -49,7 +49,7 @@ struct Options {
 namespace handloft::tracking {
 
 /// Idle, "Symmetry", the top's strokes, "Fit", "New shape", the side's strokes, "Fit", "Points / surface"
-/// twice, idle. About 28 s.
+/// twice, and withdraws, so that the design lies free. About 29 s.
 HandProgram mouse_shell_program(const mouse_shell::Options& options = {});
 
 }  // namespace handloft::tracking

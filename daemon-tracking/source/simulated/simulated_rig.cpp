@@ -48,7 +48,11 @@ class CameraStream final : public SampleStream {
       announced_ = true;
       return DevicePresence{options.start, "camera/" + scene_->rig.cameras[camera_].name, true};
     }
-    const TimePoint capture = options.start + from_seconds(capture_s(frame_));
+    while (arrival_of(frame_) < skip_before_ && capture_s(frame_) <= scene_->program.duration_s()) {
+      ++frame_;
+      truth_told_ = false;
+    }
+    const TimePoint capture = capture_of(frame_);
     const double time_s = to_seconds(capture - options.start);
     if (time_s > scene_->program.duration_s()) return std::nullopt;
     if (!truth_told_) {
@@ -63,11 +67,24 @@ class CameraStream final : public SampleStream {
     return frame;
   }
 
+  void skip_frames_before(TimePoint time) override { skip_before_ = time; }
+
  private:
   double capture_s(std::uint64_t frame) const {
     const SimulatedRigOptions& options = scene_->options;
     const double jitter = options.frame_jitter_s * cut_normal(options.seed, stream_, 100 + frame);
     return phase_s_ + static_cast<double>(frame) * period_s_ + jitter;
+  }
+
+  TimePoint capture_of(std::uint64_t frame) const {
+    return scene_->options.start + from_seconds(capture_s(frame));
+  }
+
+  TimePoint arrival_of(std::uint64_t frame) const {
+    const SimulatedRigOptions& options = scene_->options;
+    const double late_s =
+        options.transfer_jitter_s * std::abs(cut_normal(options.seed, stream_ ^ glove_stream, frame));
+    return capture_of(frame) + std::min(options.transfer_delay, longest_transfer) + from_seconds(late_s);
   }
 
   std::optional<Sample> render(TimePoint capture, double time_s) {
@@ -81,13 +98,11 @@ class CameraStream final : public SampleStream {
     Result<std::vector<std::uint8_t>> jpeg =
         renderer_->render(exposure, hash_bits(options.seed, stream_, frame_));
     if (!jpeg) return std::nullopt;
-    const double late_s =
-        options.transfer_jitter_s * std::abs(cut_normal(options.seed, stream_ ^ glove_stream, frame_));
     CameraFrame frame;
     frame.camera = camera_;
     frame.sequence = frame_;
     frame.capture_time = capture;
-    frame.arrival_time = capture + std::min(options.transfer_delay, longest_transfer) + from_seconds(late_s);
+    frame.arrival_time = arrival_of(frame_);
     frame.format = PixelFormat::mjpeg;
     frame.width_px = scene_->rig.cameras[camera_].intrinsics.width_px;
     frame.height_px = scene_->rig.cameras[camera_].intrinsics.height_px;
@@ -100,6 +115,7 @@ class CameraStream final : public SampleStream {
   std::uint64_t stream_;
   double period_s_ = 0, phase_s_ = 0;
   std::uint64_t frame_ = 0;
+  TimePoint skip_before_ = TimePoint::min();
   bool announced_ = false, truth_told_ = false;
   std::unique_ptr<CameraRenderer> renderer_;
 };

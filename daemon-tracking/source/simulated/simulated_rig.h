@@ -60,6 +60,7 @@ class SimulatedRig final : public SampleStream {
  public:
   SimulatedRig(Rig rig, HandProgram program, SimulatedRigOptions options = {});
   std::optional<Sample> next() override;
+  void skip_frames_before(TimePoint time) override { stream_->skip_frames_before(time); }
   const std::shared_ptr<const SimulatedScene>& scene() const { return scene_; }
 
  private:

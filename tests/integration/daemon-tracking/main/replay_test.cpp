@@ -74,8 +74,8 @@ Replayed run(DaemonOptions options, const std::filesystem::path& folder) {
     replayed.frames.push_back(frame.SerializeAsString());
   }
   { const net::SyncClient gone = std::move(*client); }  // or the daemon would wait for it to leave
-  const auto figures = daemon.get();
-  if (!figures.ok()) replayed.error = figures.error();
+  const auto session = daemon.get();
+  replayed.error = session.ok() ? session->problem : session.error();
   return replayed;
 }
 

@@ -88,6 +88,46 @@ TEST_F(PublisherTest, FramesCarryTheirPublishTime) {
   EXPECT_LE(message->tracking().publish_time_ns(), to_ns(clock_.now()));
 }
 
+TEST_F(PublisherTest, WhoComesLateGetsTheLastFrameAtOnceMadeWhole) {
+  publish(1);
+  v1::TrackingFrame whole;
+  whole.set_sequence(2);
+  whole.add_cameras()->set_width_px(640);
+  for (std::uint32_t i = 0; i < 5; ++i) whole.add_fingertip_colours(i);
+  publisher_->publish(whole);
+  v1::TrackingFrame last;
+  last.set_sequence(3);
+  last.add_cameras()->set_exposure_time_ns(77);
+  last.set_end_of_recording(true);
+  publisher_->publish(last);
+  net::SyncClient first = subscribe(v1::Subscribe::LATEST);
+  net::SyncClient second = subscribe(v1::Subscribe::EVERY);
+  for (net::SyncClient* late : {&first, &second}) {
+    const auto message = late->receive(patience);
+    ASSERT_TRUE(message.ok()) << message.error().describe();
+    const v1::TrackingFrame& frame = message->tracking();
+    EXPECT_EQ(frame.sequence(), 3u);
+    EXPECT_TRUE(frame.end_of_recording());
+    ASSERT_EQ(frame.cameras_size(), 1);
+    EXPECT_EQ(frame.cameras(0).width_px(), 640u) << "the lens of an earlier frame";
+    EXPECT_EQ(frame.cameras(0).exposure_time_ns(), 77);
+    EXPECT_EQ(frame.fingertip_colours_size(), 5);
+  }
+}
+
+TEST_F(PublisherTest, SubscribingAgainBringsNoOldFrame) {
+  publish(1);
+  net::SyncClient client = subscribe(v1::Subscribe::LATEST);
+  EXPECT_EQ(client.receive(patience)->tracking().sequence(), 1u);
+  v1::Envelope envelope;
+  envelope.mutable_subscribe()->set_delivery(v1::Subscribe::EVERY);
+  ASSERT_TRUE(client.send(envelope).ok());
+  v1::Envelope ping;
+  ping.mutable_ping()->set_id(7);
+  ASSERT_TRUE(client.send(ping).ok());
+  EXPECT_TRUE(client.receive(patience)->has_pong());
+}
+
 TEST_F(PublisherTest, ASlowSubscriberGetsTheNewestWhileOthersGetAll) {
   net::SyncClient slow = subscribe(v1::Subscribe::LATEST);
   net::SyncClient quick = subscribe(v1::Subscribe::LATEST);

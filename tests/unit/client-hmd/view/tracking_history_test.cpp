@@ -78,6 +78,37 @@ TEST(TrackingHistory, ALostFingerIsAbsent) {
   EXPECT_TRUE(history.fingers_at(at(0))[0]);
 }
 
+TEST(TrackingHistory, RemembersLensNameAndColoursThatAreToldNowAndThen) {
+  TrackingHistory history;
+  v1::TrackingFrame slim = frame(0);
+  v1::CameraState& moved = *slim.mutable_cameras(0);
+  moved.clear_width_px();
+  moved.clear_height_px();
+  moved.clear_fx_px();
+  moved.clear_fy_px();
+  history.add(slim, Duration::zero(), at(1));
+  EXPECT_TRUE(history.status().cameras.empty()) << "nothing is known of its lens yet";
+  EXPECT_EQ(history.status().refused, 0U) << "which is no fault";
+  EXPECT_FALSE(history.status().finger_colours.has_value());
+
+  v1::TrackingFrame whole = frame(30);
+  whole.mutable_cameras(0)->set_name("head");
+  for (std::uint32_t i = 0; i < 5; ++i) whole.add_fingertip_colours(0x102030 + i);
+  history.add(whole, Duration::zero(), at(31));
+  slim.set_capture_time_ns(to_ns(at(60)));
+  moved.set_exposure_time_ns(to_ns(at(55)));
+  moved.mutable_world_from_camera()->mutable_position()->set_y(0.5);
+  history.add(slim, Duration::zero(), at(61));
+  ASSERT_EQ(history.status().cameras.size(), 1U);
+  EXPECT_EQ(history.status().cameras[0].name, "head");
+  EXPECT_EQ(history.status().cameras[0].pinhole.width_px, 640);
+  EXPECT_NEAR(history.camera_at(2, at(55))->pose.position.y, 0.5, 1e-12) << "its pose is the new one";
+  ASSERT_TRUE(history.status().finger_colours.has_value());
+  EXPECT_EQ((*history.status().finger_colours)[4], 0x102034U);
+  history.clear();
+  EXPECT_FALSE(history.status().finger_colours.has_value());
+}
+
 TEST(TrackingHistory, PassesOverNonsenseAndCountsIt) {
   TrackingHistory history;
   v1::TrackingFrame bad = frame(0);

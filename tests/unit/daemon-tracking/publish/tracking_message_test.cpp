@@ -33,7 +33,7 @@ FusedState state_with_everything() {
 v1::TrackingFrame message_of(const FusedState& state) {
   v1::TrackingFrame frame;
   frame.set_end_of_recording(true);  // of an earlier use: must go
-  fill_tracking_frame(state, default_rig(), {}, {}, frame);
+  fill_tracking_frame(state, default_rig(), {}, frame);
   return frame;
 }
 
@@ -47,8 +47,11 @@ TEST(TrackingMessage, CarriesTheWholeStateT14) {
   EXPECT_EQ(frame.head().world_from_head().position().z(), 0.3);
   EXPECT_EQ(frame.head().world_from_head().orientation().w(), 0.5);
   EXPECT_EQ(frame.head().world_from_head().orientation().y(), -0.5);
-  ASSERT_EQ(frame.head().covariance_size(), 36);
-  EXPECT_EQ(frame.head().covariance(7), 7.0) << "row-major";
+  ASSERT_EQ(frame.head().covariance_size(), 21);
+  EXPECT_EQ(frame.head().covariance(0), 0.0F);
+  EXPECT_EQ(frame.head().covariance(5), 5.0F) << "the end of the first row";
+  EXPECT_EQ(frame.head().covariance(6), 7.0F) << "the second begins on the diagonal";
+  EXPECT_EQ(frame.head().covariance(20), 35.0F);
   ASSERT_EQ(frame.hands_size(), 1);
   const v1::HandState& hand = frame.hands(0);
   ASSERT_EQ(hand.fingertips_size(), 5);
@@ -56,12 +59,93 @@ TEST(TrackingMessage, CarriesTheWholeStateT14) {
     EXPECT_EQ(hand.fingertips(i).finger(), static_cast<v1::Finger>(i));
     EXPECT_EQ(hand.fingertips(i).position().x(), i);
     EXPECT_EQ(hand.fingertips(i).velocity().y(), -1);
-    EXPECT_EQ(hand.fingertips(i).covariance_size(), 9);
+    EXPECT_EQ(hand.fingertips(i).covariance_size(), 6);
   }
   EXPECT_EQ(hand.gesture(), v1::GESTURE_POINTING);
   EXPECT_EQ(hand.gesture_since_ns(), 77);
   EXPECT_EQ(hand.pressure(), 0.75);
   EXPECT_TRUE(hand.pressing());
+}
+
+std::vector<ShownFrame> three_shown() {
+  std::vector<ShownFrame> shown(3);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    shown[i].camera = i;
+    shown[i].exposure_time = from_ns(100 + i);
+    shown[i].world_from_camera.translation() = Eigen::Vector3d(0.0, i, 1.0);
+    shown[i].state = TrackingState::tracked;
+  }
+  return shown;
+}
+
+DeviceReport glove() {
+  DeviceReport report;
+  report.device = "glove";
+  return report;
+}
+
+TEST(TrackingMessage, OnlyTheCameraThatSawComesWithEachFrame) {
+  v1::TrackingFrame frame;
+  fill_tracking_frame(state_with_everything(), default_rig(), three_shown(), frame);
+  ASSERT_EQ(frame.cameras_size(), 1);
+  EXPECT_EQ(frame.cameras(0).camera(), 2u);
+  EXPECT_EQ(frame.cameras(0).exposure_time_ns(), 102);
+  EXPECT_TRUE(frame.cameras(0).on_head());
+  EXPECT_EQ(frame.cameras(0).width_px(), 0u) << "no lens";
+  EXPECT_FALSE(has_standing_parts(frame));
+  EXPECT_LT(frame.ByteSizeLong(), 900u);
+}
+
+TEST(TrackingMessage, StandingPartsAreAllCamerasDevicesAndColours) {
+  const Rig rig = default_rig();
+  v1::TrackingFrame frame;
+  fill_tracking_frame(state_with_everything(), rig, three_shown(), frame);
+  add_standing_parts(rig, three_shown(), {glove()}, frame);
+  EXPECT_TRUE(has_standing_parts(frame));
+  ASSERT_EQ(frame.cameras_size(), 3);
+  for (int i = 0; i < 3; ++i) {
+    const CameraCalibration& camera = rig.cameras[static_cast<std::size_t>(i)];
+    EXPECT_EQ(frame.cameras(i).name(), camera.name);
+    EXPECT_EQ(frame.cameras(i).fx_px(), camera.intrinsics.fx_px);
+    EXPECT_EQ(frame.cameras(i).distortion_size(), 5);
+    EXPECT_EQ(frame.cameras(i).world_from_camera().position().y(), i);
+  }
+  ASSERT_EQ(frame.devices_size(), 1);
+  EXPECT_EQ(frame.devices(0).device(), "glove");
+  ASSERT_EQ(frame.fingertip_colours_size(), 5);
+}
+
+TEST(TrackingMessage, AFirstFrameIsMadeWholeFromAnEarlierOne) {
+  const Rig rig = default_rig();
+  std::vector<ShownFrame> shown = three_shown();
+  v1::TrackingFrame earlier, newest;
+  fill_tracking_frame(state_with_everything(), rig, shown, earlier);
+  add_standing_parts(rig, shown, {glove()}, earlier);
+  shown[2].world_from_camera.translation() = Eigen::Vector3d::Zero();
+  shown[2].state = TrackingState::lost;
+  shown[2].exposure_time = from_ns(900);
+  fill_tracking_frame(state_with_everything(), rig, shown, newest);
+  copy_standing_parts(earlier, newest);
+  ASSERT_EQ(newest.cameras_size(), 3);
+  EXPECT_EQ(newest.cameras(0).camera(), 2u);
+  EXPECT_EQ(newest.cameras(0).fx_px(), rig.cameras[2].intrinsics.fx_px);
+  EXPECT_EQ(newest.cameras(0).world_from_camera().position().z(), 0.0)
+      << "its pose stays the newest, zero too";
+  EXPECT_EQ(newest.cameras(0).state(), v1::TRACKING_LOST);
+  EXPECT_EQ(newest.cameras(0).exposure_time_ns(), 900);
+  EXPECT_EQ(newest.cameras(1).name(), "left");
+  EXPECT_EQ(newest.devices_size(), 1);
+  EXPECT_EQ(newest.fingertip_colours_size(), 5);
+}
+
+TEST(TrackingMessage, ColoursAreJpegsOwnAsSrgb) {
+  // The display client's table until it is told: it must agree with the default rig.
+  const std::array<std::uint32_t, finger_count> expected{0xDC2833, 0x28BD3B, 0x2846DC, 0xE6D11E, 0xD232C8};
+  const Rig rig = default_rig();
+  for (std::size_t i = 0; i < finger_count; ++i) EXPECT_EQ(srgb_of(rig.colours[i]), expected[i]) << i;
+  EXPECT_EQ(srgb_of({Finger::thumb, 255, 128, 128}), 0xFFFFFFu);
+  EXPECT_EQ(srgb_of({Finger::thumb, 76.245, 84.0, 256.0}), 0xFF0000u)
+      << "pure red: beyond both ends is clamped";
 }
 
 TEST(TrackingMessage, WhatIsLostHasNoValueT6) {
@@ -81,26 +165,6 @@ TEST(TrackingMessage, AHandOnTheTableIsThatGestureT10) {
   EXPECT_EQ(message_of(state).hands(0).gesture(), v1::GESTURE_POINTING) << "low is not yet lying";
   state.hand.table_by_contact = true;
   EXPECT_EQ(message_of(state).hands(0).gesture(), v1::GESTURE_ON_TABLE);
-}
-
-TEST(TrackingMessage, CamerasComeWithLensAndPlaceV1) {
-  const Rig rig = default_rig();
-  ShownFrame shown;
-  shown.camera = 2;
-  shown.exposure_time = from_ns(42);
-  shown.world_from_camera.translation() = Eigen::Vector3d(1, 2, 3);
-  shown.state = TrackingState::tracked;
-  v1::TrackingFrame frame;
-  fill_tracking_frame(FusedState{}, rig, {shown}, {}, frame);
-  ASSERT_EQ(frame.cameras_size(), 1);
-  const v1::CameraState& camera = frame.cameras(0);
-  EXPECT_EQ(camera.camera(), 2u);
-  EXPECT_EQ(camera.name(), rig.cameras[2].name);
-  EXPECT_EQ(camera.exposure_time_ns(), 42);
-  EXPECT_EQ(camera.world_from_camera().position().y(), 2);
-  EXPECT_EQ(camera.fx_px(), rig.cameras[2].intrinsics.fx_px);
-  EXPECT_EQ(camera.distortion_size(), 5);
-  EXPECT_EQ(camera.on_head(), rig.cameras[2].role == CameraRole::head);
 }
 
 }  // namespace

@@ -105,6 +105,17 @@ TEST(MouseShellProgram, TouchesThePaletteInOrder) {
                                          PaletteCommand::representation, PaletteCommand::representation}));
 }
 
+TEST(MouseShellProgram, WithdrawsFromTheShapeAtTheEnd) {
+  const HandProgram program = mouse_shell_program();
+  const HandState hand = program.at(program.duration_s());
+  EXPECT_EQ(hand.pressure, 0.0);
+  EXPECT_EQ(hand.contacts, 0);
+  for (const Vector3d& tip : hand.fingertips_m) {
+    EXPECT_LT(tip.x(), -mouse_shell::top_half_width_m - 0.03) << "beside it";
+    EXPECT_GT(tip.z(), 0.02) << "and not on the table";
+  }
+}
+
 TEST(MouseShellProgram, CapsStayApartAndOverTheTable) {
   const HandProgram program = mouse_shell_program();
   along(program, [&](double time, const HandState& hand) {
