@@ -68,15 +68,20 @@ Status send_all(int fd, std::string_view bytes, SteadyTime deadline) {
   return {};
 }
 
-Status receive_one(int fd, FrameDecoder& decoder, v1::Envelope& envelope, SteadyTime deadline) {
+Status receive_one(int fd, FrameDecoder& decoder, v1::Envelope& envelope, SteadyTime deadline,
+                   int cancel_fd) {
   for (;;) {
     const auto payload = decoder.next();
     if (!payload) return payload.error();
     if (payload.value()) return parse_envelope(*payload.value(), envelope);
-    pollfd readable{fd, POLLIN, 0};
-    const int ready = poll(&readable, 1, milliseconds_left(deadline));
+    // poll() passes over a negative descriptor.
+    std::array<pollfd, 2> waiting{pollfd{fd, POLLIN, 0}, pollfd{cancel_fd, POLLIN, 0}};
+    const int ready = poll(waiting.data(), waiting.size(), milliseconds_left(deadline));
     if (ready < 0 && errno != EINTR) return lost(std::strerror(errno));
     if (ready == 0) return make_error(ErrorCode::timeout, "no message came in time", "connection");
+    if (ready > 0 && waiting[1].revents != 0) {
+      return make_error(ErrorCode::cancelled, "stopped by us", "connection");
+    }
     const std::span<std::uint8_t> room = decoder.prepare();
     const ssize_t count = ::recv(fd, room.data(), room.size(), MSG_DONTWAIT);
     if (count == 0)
@@ -90,7 +95,7 @@ Status receive_one(int fd, FrameDecoder& decoder, v1::Envelope& envelope, Steady
 }
 
 Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& options, const Clock& clock,
-                              std::chrono::milliseconds timeout) {
+                              std::chrono::milliseconds timeout, int cancel_fd) {
   const SteadyTime deadline = std::chrono::steady_clock::now() + timeout;
   Result<FileDescriptor> fd = connect_to(endpoint, static_cast<int>(timeout.count()));
   if (!fd) return fd.error();
@@ -111,7 +116,7 @@ Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& opt
   const Status said = send_all(fd->get(), **frame, deadline);
 
   FrameDecoder decoder(options.max_frame_bytes);
-  if (const Status status = receive_one(fd->get(), decoder, envelope, deadline); !status) {
+  if (const Status status = receive_one(fd->get(), decoder, envelope, deadline, cancel_fd); !status) {
     return said.ok() ? status.error() : said.error();
   }
   const TimePoint received = clock.now();

@@ -16,12 +16,17 @@ struct Handshake {
   ClockOffset offset;
 };
 
-/// One attempt. A Failure of the server comes back as its own error code and message.
-Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& options, const Clock& clock,
-                              std::chrono::milliseconds timeout);
+/// For `cancel_fd`: nothing ends the wait early.
+inline constexpr int never_cancelled = -1;
 
-/// The next whole message, or timeout. `envelope` is reused.
-Status receive_one(int fd, FrameDecoder& decoder, v1::Envelope& envelope, SteadyTime deadline);
+/// One attempt. A Failure of the server comes back as its own error code and message. While it waits for the
+/// server's words, `cancel_fd` (an eventfd) becoming readable ends it with `cancelled`.
+Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& options, const Clock& clock,
+                              std::chrono::milliseconds timeout, int cancel_fd = never_cancelled);
+
+/// The next whole message, timeout or cancelled. `envelope` is reused.
+Status receive_one(int fd, FrameDecoder& decoder, v1::Envelope& envelope, SteadyTime deadline,
+                   int cancel_fd = never_cancelled);
 
 /// Whether another attempt may succeed where this one failed: nobody listens yet, no answer.
 bool worth_retrying(const Error& error);

@@ -46,7 +46,7 @@ struct MessageClient::Implementation {
   const ClientEvents events;
   const Clock& clock;
   const Logger log;
-  const FileDescriptor wake;  ///< ends a rest between two attempts
+  const FileDescriptor wake;  ///< ends a rest between two attempts, and an attempt
   std::atomic<bool> stopping{false};
   std::atomic<std::uint64_t> received{0};
 
@@ -237,8 +237,10 @@ struct MessageClient::Implementation {
     int backoff = 1;
     std::string last_reason;
     while (!stopping) {
-      Result<Handshake> handshake = shake_hands(endpoint, options, clock, options.handshake_timeout);
+      Result<Handshake> handshake =
+          shake_hands(endpoint, options, clock, options.handshake_timeout, wake.get());
       if (handshake) return std::move(*handshake);
+      if (stopping) break;
       const std::string reason = handshake.error().describe();
       if (reason != last_reason) log.info("waiting for {}: {}", endpoint.to_string(), reason);
       last_reason = reason;

@@ -61,7 +61,7 @@ class MessageClient {
   /// whenever it breaks (Reconnect::always is implied).
   static std::unique_ptr<MessageClient> start(const Endpoint& endpoint, ClientOptions options,
                                               ClientEvents events, const Clock& clock, Logger log);
-  /// Ends the thread; no callback comes afterwards. Not from a callback.
+  /// Ends the thread at once, also amid a handshake; no callback comes afterwards. Not from a callback.
   ~MessageClient();
   MessageClient(const MessageClient&) = delete;
   MessageClient& operator=(const MessageClient&) = delete;

@@ -61,6 +61,27 @@ TEST(Client, MessagesGoBothWays) {
   EXPECT_EQ((*client)->frames_received(), 100u);
 }
 
+TEST(Client, EndsAtOnceAmidAHandshakeWithAMuteServer) {
+  test::TemporaryDirectory folder;
+  const auto endpoint = parse_endpoint("unix:" + (folder.path() / "mute.sock").string());
+  ASSERT_TRUE(endpoint.ok());
+  auto listener = listen_on(*endpoint, TcpExposure::loopback_only);
+  ASSERT_TRUE(listener.ok()) << listener.error().describe();
+  ClientOptions options = Server::client_options();
+  options.handshake_timeout = 10 * patience;
+  const SystemClock clock;
+  auto client = MessageClient::start(*endpoint, options, {}, clock, quiet);
+  pollfd waiting{listener->fd.get(), POLLIN, 0};
+  ASSERT_EQ(poll(&waiting, 1, -1), 1);
+  const FileDescriptor accepted(accept(listener->fd.get(), nullptr, nullptr));
+  char first = 0;
+  ASSERT_EQ(recv(accepted.get(), &first, 1, 0), 1) << "the greeting is on its way";
+  const auto before = std::chrono::steady_clock::now();
+  client.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - before, patience);
+  close_listener(*listener);
+}
+
 TEST(Client, WhatTheSocketDoesNotTakeIsSentLater) {
   std::mutex gate;
   std::unique_lock closed(gate);
