@@ -11,7 +11,8 @@ namespace handloft::session {
 
 struct RemoteTargetOptions {
   std::string name = "script";  ///< Shown to others.
-  std::chrono::milliseconds connect_timeout{5000};
+  /// Tries again so long while nobody listens; 0: once, so that a wrong path is told at once.
+  std::chrono::milliseconds connect_timeout{0};
   std::chrono::milliseconds answer_timeout{
       120'000};  ///< An export of a large model takes seconds, not minutes.
 };
