@@ -14,10 +14,11 @@ namespace {
 
 constexpr const char* description =
     "Serves one model to viewers and editors, and lets the hand that handloft-trackd follows shape it. "
-    "Prints one line "
-    "of JSON with its endpoints when it is ready. Stops on SIGTERM or SIGINT. Exit status: 0 stopped on "
-    "request, 1 an "
-    "error, 2 wrong usage.";
+    "Prints "
+    "one line of JSON with its endpoints when it is ready. Stops on SIGTERM or SIGINT, and with --at-end "
+    "exit "
+    "after a recording. Exit status: 0 stopped on request or at the end of a recording, 1 an error, 2 wrong "
+    "usage.";
 
 }  // namespace
 
@@ -37,8 +38,10 @@ int serve_command(const std::vector<std::string>& arguments) {
             TextRule{.choices = {}, .value_name = "FILE"});
   table.add("report", options.report, "JSON report to write at the end",
             TextRule{.choices = {}, .value_name = "FILE"});
-  table.add("at_end", at_end, "What to do when a recording that is tracked has ended",
-            TextRule{.choices = {"stay", "exit"}, .value_name = ""});
+  table.add(
+      "at_end", at_end,
+      "When the tracked recording has ended: stay, or exit once every viewer has read all (5 s at most)",
+      TextRule{.choices = {"stay", "exit"}, .value_name = ""});
   table.add("read_folder", read_folder, "Where relative paths of imports start; tcp: peers cannot leave it",
             TextRule{.choices = {}, .value_name = "DIR"});
   table.add("write_folder", write_folder, "Where relative paths of exports start; tcp: peers cannot leave it",

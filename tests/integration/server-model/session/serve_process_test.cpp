@@ -3,21 +3,23 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "server-model/session/remote_target.h"
+#include "tests/integration/server-model/session/session_peers.h"
 #include "tests/support/process.h"
 
 namespace handloft::session {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr auto patience = 30s;
 
 class ServeProcessTest : public ::testing::Test {
  protected:
@@ -63,6 +65,32 @@ TEST_F(ServeProcessTest, is_ready_serves_stops_on_sigterm_and_reports) {
   EXPECT_EQ(report["sequence"], 3) << "the script's operation is the first";
   EXPECT_EQ(report["entities"][0]["name"], "Top by tcp");
   EXPECT_EQ(report["clients"], 2);
+}
+
+TEST_F(ServeProcessTest, at_end_exit_ends_it_after_the_recording_with_all_of_it_delivered) {
+  const std::string tracking = "unix:" + in_folder("tracking.sock");
+  test::Process server({HANDLOFT_MODELD, "serve", "--listen", "unix:" + in_folder("model.sock"), "--tracking",
+                        tracking, "--at-end", "exit", "--report", in_folder("report.json")},
+                       in_folder("log"));
+  ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+  Peer viewer(net::parse_endpoint("unix:" + in_folder("model.sock")).value(), v1::ROLE_VIEWER, "viewer");
+  viewer.join();
+  // The recording begins when the viewer is there.
+  boost::asio::io_context context;
+  auto work = boost::asio::make_work_guard(context);
+  const FakeDaemon daemon(context, net::parse_endpoint(tracking).value(), clock_,
+                          Logger("test", LogLevel::off));
+  std::thread thread([&] { context.run(); });
+
+  EXPECT_TRUE(viewer.read_until([&] { return viewer.closed; })) << "the server hangs up by itself";
+  EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+  context.stop();
+  thread.join();
+  EXPECT_EQ(viewer.sequence, 5U) << "all strokes have arrived before";
+  EXPECT_FALSE(viewer.entities.at("shape-1").provisional());
+  const auto report = nlohmann::json::parse(std::ifstream(in_folder("report.json")));
+  EXPECT_EQ(report["sequence"], 5);
+  EXPECT_EQ(report["clients"], 1);
 }
 
 TEST_F(ServeProcessTest, a_failing_setup_script_ends_it_with_the_line) {

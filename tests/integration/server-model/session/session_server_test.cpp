@@ -21,6 +21,7 @@
 #include "server-model/session/script_runner.h"
 #include "server-model/session/server.h"
 #include "server-model/session/tracking_link.h"
+#include "tests/integration/server-model/session/session_peers.h"
 #include "tests/support/hand_script.h"
 
 namespace handloft::session {
@@ -28,100 +29,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
-
-constexpr auto patience = 20s;  // a deadline, not a pause: under sanitizers on a loaded machine all is slow
-
-/// A peer that keeps what it was sent, as simply as can be.
-class Peer {
- public:
-  Peer(const net::Endpoint& endpoint, v1::Role role, std::string name) : clock_() {
-    net::ClientOptions options;
-    options.role = role;
-    options.name = std::move(name);
-    auto client = net::SyncClient::connect(endpoint, options, clock_);
-    if (!client) throw std::runtime_error(client.error().describe());
-    client_.emplace(*std::move(client));
-  }
-  void join() {
-    v1::Envelope envelope;
-    envelope.mutable_join();
-    send(envelope);
-  }
-  void send(const v1::Envelope& envelope) { ASSERT_TRUE(client_->send(envelope).ok()); }
-  void submit(std::uint64_t request, const v1::Operation& operation) {
-    v1::Envelope envelope;
-    envelope.mutable_submit()->set_request(request);
-    *envelope.mutable_submit()->mutable_operation() = operation;
-    send(envelope);
-  }
-  /// Reads until `done` holds of what was received so far; false when the time is up or the connection ended.
-  template <typename Done>
-  bool read_until(const Done& done) {
-    const auto deadline = std::chrono::steady_clock::now() + patience;
-    while (!done()) {
-      if (std::chrono::steady_clock::now() > deadline) return false;
-      auto envelope = client_->receive(1000ms);
-      if (!envelope) {
-        if (envelope.error().code == ErrorCode::timeout) continue;
-        closed = true;
-        return done();
-      }
-      take(*envelope);
-    }
-    return true;
-  }
-  bool read_ack(std::uint64_t request) {
-    return read_until([&] { return acks.contains(request); });
-  }
-  void take(const v1::Envelope& envelope) {
-    const auto take_state = [&](const v1::EntityState& state) {
-      if (state.has_points()) {
-        const auto tail = codec::decode_points(state.points());
-        ASSERT_TRUE(tail.ok());
-        ASSERT_TRUE(codec::merge_points(points[state.id()], *tail).ok());
-      }
-      v1::EntityState& entity = entities[state.id()];
-      const std::optional<v1::Mesh> before =
-          entity.has_surface() ? std::optional(entity.surface()) : std::nullopt;
-      entity = state;
-      entity.clear_points();
-      if (!state.has_surface() && state.surface_shown() && before) *entity.mutable_surface() = *before;
-    };
-    if (envelope.has_snapshot()) {
-      ++snapshots;
-      entities.clear();
-      points.clear();
-      sequence = envelope.snapshot().sequence();
-      for (const auto& state : envelope.snapshot().entities()) take_state(state);
-    } else if (envelope.has_delta()) {
-      sequence = envelope.delta().sequence();
-      capture_time_ns = envelope.delta().capture_time_ns();
-      for (const auto& id : envelope.delta().removed()) entities.erase(id);
-      for (const auto& state : envelope.delta().changed()) take_state(state);
-    } else if (envelope.has_ack()) {
-      acks[envelope.ack().request()] = envelope.ack();
-    } else if (envelope.has_presence()) {
-      presence[envelope.presence().name()] = envelope.presence();
-    } else if (envelope.has_failure()) {
-      failure = envelope.failure();
-    }
-  }
-  net::SyncClient& client() { return *client_; }
-
-  std::map<std::string, v1::EntityState> entities;
-  std::map<std::string, codec::PointTail> points;
-  std::map<std::uint64_t, v1::Ack> acks;
-  std::map<std::string, v1::Presence> presence;
-  v1::Failure failure;
-  std::uint64_t sequence = 0;
-  std::int64_t capture_time_ns = 0;
-  int snapshots = 0;
-  bool closed = false;
-
- private:
-  SystemClock clock_;
-  std::optional<net::SyncClient> client_;
-};
 
 v1::Operation create(const std::string& id) {
   v1::Operation operation;
@@ -364,37 +271,6 @@ TEST_F(SessionTest, the_hand_reaches_the_viewers_with_its_capture_time) {
   EXPECT_TRUE(viewer.entities.at("shape-1").selected());
   EXPECT_GT(server_->capture_to_delta().count, 0U);
 }
-
-/// A tracking daemon as far as a subscriber can tell.
-class FakeDaemon {
- public:
-  FakeDaemon(boost::asio::io_context& context, const net::Endpoint& endpoint, const Clock& clock,
-             const Logger& log) {
-    net::ServerEvents events;
-    events.on_message = [this](const net::ConnectionPtr& connection, const v1::Envelope& envelope) -> Status {
-      if (envelope.has_subscribe() && envelope.subscribe().delivery() == v1::Subscribe::EVERY)
-        publish(connection);
-      return {};
-    };
-    auto server =
-        net::MessageServer::listen(context.get_executor(), endpoint, {}, std::move(events), clock, log);
-    if (!server) throw std::runtime_error(server.error().describe());
-    server_ = *std::move(server);
-  }
-
- private:
-  void publish(const net::ConnectionPtr& connection) const {
-    test::HandScript script;
-    for (int i = 0; i < 300; ++i) {
-      v1::Envelope envelope;
-      *envelope.mutable_tracking() = i % 60 == 59 ? script.resting() : script.laying({0.001 * i, 0.0, 0.1});
-      if (i == 100) continue;  // one that gets lost
-      if (i == 299) envelope.mutable_tracking()->set_end_of_recording(true);
-      connection->send(envelope);
-    }
-  }
-  std::unique_ptr<net::MessageServer> server_;
-};
 
 TEST_F(SessionTest, every_frame_of_a_recording_arrives_and_gaps_are_counted) {
   net::Endpoint endpoint;
