@@ -86,6 +86,18 @@ double FingertipFilter::update(const Expected& expectation, const Eigen::Vector2
   return innovation.dot(innovation_inverse * innovation);
 }
 
+void FingertipFilter::update_velocity(const Eigen::Vector3d& velocity_m_s, double sigma_m_s) {
+  const Eigen::Matrix3d noise = Eigen::Matrix3d::Identity() * sigma_m_s * sigma_m_s;
+  const Eigen::Matrix3d innovation_inverse = (covariance_.bottomRightCorner<3, 3>() + noise).inverse();
+  const Eigen::Matrix<double, 6, 3> gain = covariance_.rightCols<3>() * innovation_inverse;
+  mean_ += gain * (velocity_m_s - velocity());
+  Matrix6d keep = Matrix6d::Identity();
+  keep.rightCols<3>() -= gain;
+  covariance_ = keep * covariance_ * keep.transpose() + gain * noise * gain.transpose();
+  covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
+  if (!mean_.allFinite() || !covariance_.allFinite()) alive_ = false;
+}
+
 void FingertipFilter::mark_seen(std::uint32_t camera, TimePoint time) {
   if (camera < max_cameras) seen_ns_[camera] = std::max<std::int64_t>(to_ns(time), 1);
 }

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -59,6 +60,12 @@ class FingertipFilter {
   /// Updates with a pixel and its covariance (Joseph form). Returns the normalised innovation squared.
   double update(const Expected& expectation, const Eigen::Vector2d& pixel, const Eigen::Matrix2d& covariance,
                 std::uint32_t camera, TimePoint time);
+
+  /// Updates with a velocity that is known otherwise, to `sigma_m_s` on each axis.
+  void update_velocity(const Eigen::Vector3d& velocity_m_s, double sigma_m_s);
+
+  /// Root of the summed variances of the position, in m.
+  double position_sigma_m() const { return std::sqrt(covariance_.topLeftCorner<3, 3>().trace()); }
 
   /// A camera took part in where the filter started.
   void mark_seen(std::uint32_t camera, TimePoint time);

@@ -21,6 +21,7 @@ constexpr std::size_t max_blobs = 32;  // Five fingers have three candidates eac
 // per second.
 constexpr double extrapolation_sigma_px_s = 150.0;
 constexpr double longest_extrapolation_s = 0.035;
+constexpr double nearest_depth_m = 0.05;  // Nearer to a camera no cap is whole in its image
 
 }  // namespace
 
@@ -90,13 +91,13 @@ Eigen::Matrix2d HandFilter::blob_covariance(const FingertipFilter& tip, const Fi
   Eigen::Matrix2d covariance =
       blob.covariance + Eigen::Matrix2d::Identity() * options_.model_sigma_px * options_.model_sigma_px;
   if (!tip.alive()) return covariance;
-  // A patch much smaller than the cap's image is half hidden, and its centroid off by up to what is missing.
+  // Of a cap that is hidden in part the blob's centre is off towards what shows, in frame after frame.
   const double depth = (camera.world_from_camera.inverse() * tip.position()).z();
-  if (depth < 0.05) return covariance;
+  if (depth < nearest_depth_m) return covariance;
   const double radius_px = camera.model.intrinsics().fx_px * tip_radius_m_ / depth;
-  const double share = blob.area_px / (std::numbers::pi * radius_px * radius_px);
-  if (share < options_.occlusion_share) {
-    const double sigma = radius_px * (1.0 - share);
+  const double share = blob.area_px / (options_.whole_share * std::numbers::pi * radius_px * radius_px);
+  if (share < 1.0) {
+    const double sigma = options_.hidden_bias * radius_px * (1.0 - share) * (1.0 - share);
     covariance += Eigen::Matrix2d::Identity() * sigma * sigma;
   }
   return covariance;
@@ -152,6 +153,7 @@ void HandFilter::apply(State& state, const Measurement& measurement) const {
     ++state.counters.updates;
     if (!tip.alive()) ++state.counters.resets;
   }
+  move_unsure_with_hand(state);
   drop_merged(state);
   remember_sights(state, measurement, blob_of_finger);
   for (int finger = 0; finger < finger_count; ++finger)
@@ -216,6 +218,20 @@ void HandFilter::repair_labels(State& state, const Measurement& measurement,
       votes = 0;
       ++state.counters.swaps;
     }
+  }
+}
+
+void HandFilter::move_unsure_with_hand(State& state) const {
+  for (FingertipFilter& tip : state.tips) {
+    if (!tip.alive() || tip.last_update() != state.time || tip.position_sigma_m() <= options_.unsure_sigma_m)
+      continue;
+    const FingertipFilter* nearest = nullptr;
+    for (const FingertipFilter& other : state.tips)
+      if (other.alive() && other.position_sigma_m() <= options_.unsure_sigma_m &&
+          (nearest == nullptr ||
+           (other.position() - tip.position()).norm() < (nearest->position() - tip.position()).norm()))
+        nearest = &other;
+    if (nearest != nullptr) tip.update_velocity(nearest->velocity(), options_.hand_velocity_sigma);
   }
 }
 

@@ -41,14 +41,21 @@ struct HandFilterOptions {
   double swap_margin = 4.0;  ///< By how much (in cost) it must explain better.
   double unplaced_cost =
       4.0;  ///< Of a blob for a finger that has no place yet: half of a blob's plausible surprise.
-  double occlusion_share =
-      0.45;  ///< A blob smaller than this share of the expected image is more than half hidden.
+  /// A blob is a cap's visible part. A whole cap's blob covers this share of its image (the rim's mixed
+  /// colours do not count), and the centre of one of which the share v shows is off by about this many radii
+  /// times (1 - v)^2: measured on the rendered rig.
+  double whole_share = 0.9;
+  double hidden_bias = 0.45;
+  /// A fingertip that is known worse than this (one camera alone sees it: nothing tells its depth) is taken
+  /// to move as the nearest one that is known better, to so many m/s.
+  double unsure_sigma_m = 0.003;
+  double hand_velocity_sigma = 0.05;
   Duration sight_span =
       std::chrono::milliseconds(80);  ///< Longest gap over which a 2D track is interpolated.
   double min_tip_distance_m =
       0.008;  ///< Two fingertips nearer than this are one: the less sure one is dropped.
   double model_sigma_px =
-      0.25;  ///< Added to every blob: calibration and blob bias that no covariance knows of.
+      0.15;  ///< Added to every blob: calibration and blob bias that no covariance knows of.
 };
 
 /// A fingertip at a time that was asked for.
@@ -123,6 +130,7 @@ class HandFilter {
   void repair_labels(State& state, const Measurement& measurement,
                      const std::array<int, finger_count>& blob_of_finger) const;
   void drop_merged(State& state) const;
+  void move_unsure_with_hand(State& state) const;
   FusedTip describe(const FingertipFilter& tip, TimePoint time, const PredictionLimits& limits) const;
 
   std::vector<Camera> cameras_;

@@ -183,8 +183,7 @@ HeadFilter::Correction HeadFilter::correct(State& state, const Measurement& meas
   const std::array<BodyView, 1> views{measurement.view};
   // From the prediction alone: the other pose of an ambiguous tag is another minimum and is not gone to.
   const auto pose = refine_body_pose(views, prior.base_from_body, prior, pose_options);
-  if (!pose || pose->reprojection_rms_px > options_.gate_rms_sigmas * options_.corner_sigma_px)
-    return Correction::refused;
+  if (!pose || pose->reprojection_rms_px > options_.gate_rms_px) return Correction::refused;
   Vector6d step;
   step.head<3>() = pose->base_from_body.translation() - next.position;
   step.tail<3>() = vector_from_rotation(Eigen::Quaterniond(

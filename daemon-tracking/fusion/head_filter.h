@@ -26,20 +26,20 @@ namespace handloft::tracking {
 
 struct HeadFilterOptions {
   BodyPoseOptions pose;
-  double corner_sigma_px = 0.2;  ///< Noise of a refined corner.
+  double corner_sigma_px = 0.15;  ///< Noise of a refined corner.
   double common_sigma_px =
-      0.1;  ///< Error shared by a whole view (calibration, blur): bounds what many corners claim.
+      0.03;  ///< Error shared by a whole view (calibration, blur): bounds what many corners claim.
   /// (m/s^2)/sqrt(Hz) and (rad/s^2)/sqrt(Hz) of a head that looks at its work, and the factor on both when a
   /// view surprises: heads rest, then turn fast.
-  double acceleration_density = 0.3;
-  double angular_density = 1.0;
-  double jerk_factor = 8.0;
+  double acceleration_density = 0.05;
+  double angular_density = 0.2;
+  double jerk_factor = 25.0;
   double jerk_nis = 16.8;               ///< chi^2 of 6 degrees of freedom, 1 %.
   double velocity_decay_s = 0.5;        ///< Time constants of both velocities.
   double initial_velocity_sigma = 0.5;  ///< m/s
   double initial_angular_sigma = 2.0;   ///< rad/s
   double max_step_s = 0.1;              ///< As for fingertips.
-  double gate_rms_sigmas = 6.0;      ///< A view whose corners after the update still miss by more is refused.
+  double gate_rms_px = 1.2;          ///< A view whose corners after the update still miss by more is refused.
   double min_ambiguity_ratio = 2.0;  ///< A start needs the second pose to be this much worse.
   double max_start_tilt_rad = 0.05;  ///< And a rotation that is known this well (1 sigma).
   int gated_before_reset = 5;

@@ -12,26 +12,31 @@ constexpr const char* glove_device = "glove";
 }  // namespace
 
 TrackingPipeline::TrackingPipeline(const Rig& rig, const PipelineOptions& options,
-                                   std::vector<CameraTracker> trackers, HandFilter hand, HeadFilter head)
+                                   std::vector<CameraTracker> trackers, HandFilter hand, HeadFilter head,
+                                   CameraWatch watch)
     : rig_(rig),
       options_(options),
       trackers_(std::move(trackers)),
       hand_(std::move(hand)),
       head_(std::move(head)),
-      glove_(options.glove) {}
+      glove_(options.glove),
+      watch_(std::move(watch)) {}
 
 Result<TrackingPipeline> TrackingPipeline::create(const Rig& rig, const PipelineOptions& options) {
   auto hand = HandFilter::create(rig, options.hand);
   if (!hand) return hand.error();
   auto head = HeadFilter::create(rig, options.head);
   if (!head) return head.error();
+  auto watch = CameraWatch::create(rig, options.watch);
+  if (!watch) return watch.error();
   std::vector<CameraTracker> trackers;
   for (std::uint32_t camera = 0; camera < rig.cameras.size(); ++camera) {
     auto tracker = CameraTracker::create(rig, camera, options.camera);
     if (!tracker) return tracker.error();
     trackers.push_back(std::move(*tracker));
   }
-  return TrackingPipeline(rig, options, std::move(trackers), std::move(*hand), std::move(*head));
+  return TrackingPipeline(rig, options, std::move(trackers), std::move(*hand), std::move(*head),
+                          std::move(*watch));
 }
 
 std::optional<FusedState> TrackingPipeline::consume(const Sample& sample) {
@@ -63,6 +68,7 @@ std::optional<FusedState> TrackingPipeline::consume(const Sample& sample) {
 
 std::optional<FusedState> TrackingPipeline::consume(const CameraObservation& observation) {
   ++health_.frames;
+  watch_.update(observation);
   Status status = head_.update(observation);
   if (status && rig_.cameras[observation.camera].role == CameraRole::table)
     status = hand_.update(observation);
@@ -118,6 +124,7 @@ PipelineHealth TrackingPipeline::health() const {
   PipelineHealth out = health_;
   const auto hand = hand_.counters();
   const auto head = head_.counters();
+  out.placements = watch_.placements();
   out.late_replayed = std::max(hand.replayed, head.replayed);
   out.late_dropped = std::max(hand.dropped, head.dropped);
   out.tips_gated = hand.gated;

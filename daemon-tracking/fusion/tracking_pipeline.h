@@ -11,6 +11,7 @@
 
 #include "common/base/motion_prediction.h"
 #include "common/base/result.h"
+#include "daemon-tracking/fusion/camera_watch.h"
 #include "daemon-tracking/fusion/fused_state.h"
 #include "daemon-tracking/fusion/glove_tracker.h"
 #include "daemon-tracking/fusion/hand_filter.h"
@@ -26,6 +27,7 @@ struct PipelineOptions {
   HandFilterOptions hand;
   HeadFilterOptions head;
   GloveOptions glove;
+  CameraWatchOptions watch;
   PredictionLimits prediction;
   double table_height_m = 0.005;  ///< A fingertip's surface this near the table touches it (T10).
 };
@@ -40,8 +42,9 @@ struct PipelineHealth {
   std::uint64_t late_dropped = 0;   ///< Observations older than the history
   std::uint64_t tips_gated = 0;     ///< Blobs refused by the innovation gate
   std::uint64_t head_gated = 0;
-  std::uint64_t resets = 0;  ///< Filters re-initialised
-  std::string last_error;    ///< Of the last refused sample
+  std::uint64_t resets = 0;                 ///< Filters re-initialised
+  std::string last_error;                   ///< Of the last refused sample
+  std::vector<CameraPlacement> placements;  ///< One per camera: does it stand where it was calibrated (T12)?
 };
 
 class TrackingPipeline {
@@ -72,7 +75,7 @@ class TrackingPipeline {
 
  private:
   TrackingPipeline(const Rig& rig, const PipelineOptions& options, std::vector<CameraTracker> trackers,
-                   HandFilter hand, HeadFilter head);
+                   HandFilter hand, HeadFilter head, CameraWatch watch);
 
   Rig rig_;
   PipelineOptions options_;
@@ -80,6 +83,7 @@ class TrackingPipeline {
   HandFilter hand_;
   HeadFilter head_;
   GloveTracker glove_;
+  CameraWatch watch_;
   PipelineHealth health_;
   std::uint64_t sequence_ = 0;
   TimePoint newest_;

@@ -55,7 +55,6 @@ Result<FingertipTracker> FingertipTracker::create(const std::array<FingertipColo
   if (options.whole_frame_every < 1 || options.whole_frame_when_lost_every < 1 ||
       options.max_blobs_per_finger < 1)
     return make_error(ErrorCode::invalid_argument, "found a count below 1", "fingertips.whole_frame_every");
-  tracker.factory_ = tracker.model_;
   tracker.build_table();
   return tracker;
 }
@@ -94,22 +93,9 @@ void FingertipTracker::build_table() {
   }
 }
 
-void FingertipTracker::learn(Finger finger, const Eigen::Vector2d& mean_chroma, double rate) {
-  if (!mean_chroma.allFinite()) return;
-  auto& gaussian = model_[static_cast<std::size_t>(finger)];
-  const auto& factory = factory_[static_cast<std::size_t>(finger)];
-  const Eigen::Vector2d wanted = gaussian.mean + std::clamp(rate, 0.0, 1.0) * (mean_chroma - gaussian.mean);
-  // Never farther from the calibrated colour than two deviations: a model must not wander onto another thing.
-  const Eigen::Vector2d limit = 2.0 * factory.covariance.diagonal().cwiseSqrt();
-  gaussian.mean = wanted.cwiseMax(factory.mean - limit).cwiseMin(factory.mean + limit);
-  build_table();
-}
-
 void FingertipTracker::reset() {
   tracks_ = {};
   frames_ = 0;
-  model_ = factory_;
-  build_table();
 }
 
 std::vector<FingertipTracker::Region> FingertipTracker::regions(const PlanarImage& image,

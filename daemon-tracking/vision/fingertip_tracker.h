@@ -41,13 +41,12 @@ struct FingertipTrackerOptions {
   /// A disc fills its smallest enclosing circle; below this share part of it is hidden, and while more than
   /// half its rim shows, the circle's centre is the disc's, which the centroid is not.
   double hidden_fill = 0.75;
-  double hidden_sigma_px = 0.4;  ///< Of a centre found that way: the rim's samples are 2 px apart.
-  double border_sigma_px = 4.0;  ///< Added for a patch that touches the border: its centre is not the tip's.
-  int max_blobs_per_finger = 3;  ///< The largest are kept, the fusion chooses among them.
-  int whole_frame_every = 10;    ///< Frames; 3 Hz at 30 fps.
+  double hidden_sigma_px = 0.25;  ///< Of a centre found that way: the rim's samples are 2 px apart.
+  double border_sigma_px = 4.0;   ///< Added for a patch that touches the border: its centre is not the tip's.
+  int max_blobs_per_finger = 3;   ///< The largest are kept, the fusion chooses among them.
+  int whole_frame_every = 10;     ///< Frames; 3 Hz at 30 fps.
   int whole_frame_when_lost_every = 2;  ///< While a finger is missing.
   double roi_radius_px = 48.0;  ///< Half a region's side: 18 mm of motion per frame at 0.5 m is 22 px.
-  double learning_rate = 0.0;   ///< Per frame, towards the chroma of accepted blobs; 0 keeps the rig's model.
 };
 
 class FingertipTracker {
@@ -60,9 +59,7 @@ class FingertipTracker {
   /// sequence of calls.
   std::vector<FingertipBlob> track(const PlanarImage& image, TimePoint capture_time);
 
-  /// Adapts a finger's model towards pixels that the fusion has confirmed; `rate` in [0, 1]. Rebuilds the
-  /// table.
-  void learn(Finger finger, const Eigen::Vector2d& mean_chroma, double rate);
+  /// Forgets all tracks: the next call searches the whole frame.
   void reset();
 
   const std::array<ChromaGaussian, finger_count>& model() const { return model_; }
@@ -91,7 +88,6 @@ class FingertipTracker {
 
   FingertipTrackerOptions options_;
   std::array<ChromaGaussian, finger_count> model_;
-  std::array<ChromaGaussian, finger_count> factory_;
   std::vector<std::uint8_t> table_;  ///< 128 x 128 classes
   std::vector<float> weight_;        ///< 128 x 128 weights in (0, 1] of the table's class
   std::array<Track, finger_count> tracks_;

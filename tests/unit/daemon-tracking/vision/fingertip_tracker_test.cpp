@@ -138,16 +138,6 @@ TEST(FingertipTracker, RegionsSeeWhatTheWholeFrameSees) {
   }
 }
 
-TEST(FingertipTracker, LearningStaysNearTheCalibratedColour) {
-  auto vision = tracker();
-  for (int i = 0; i < 30; ++i) vision.learn(Finger::index, {92, 70}, 0.2);
-  EXPECT_NEAR(vision.model()[1].mean.x(), 92, 0.1);
-  for (int i = 0; i < 30; ++i) vision.learn(Finger::index, {200, 200}, 0.5);
-  EXPECT_LE(vision.model()[1].mean.x(), 88 + 20 + 1e-9);
-  vision.learn(Finger::index, {std::nan(""), 0}, 1.0);
-  EXPECT_TRUE(vision.model()[1].mean.allFinite());
-}
-
 TEST(FingertipTracker, RefusesBadColours) {
   auto twice = colours();
   twice[1].finger = Finger::thumb;
