@@ -1,0 +1,57 @@
+#include "daemon-tracking/main/options.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace handloft::tracking {
+namespace {
+
+// The field that is refused; empty: all is well.
+std::string refused_field(std::vector<const char*> arguments) {
+  DaemonOptions options;
+  OptionTable table = make_option_table(options);
+  arguments.insert(arguments.begin(), "handloft-trackd");
+  const auto parsed = table.parse(static_cast<int>(arguments.size()), const_cast<char**>(arguments.data()));
+  if (!parsed) return "parse: " + parsed.error().describe();
+  const Status status = check(options);
+  return status ? "" : status.error().field;
+}
+
+TEST(DaemonOptions, ExactlyOneSource) {
+  EXPECT_EQ(refused_field({}), "simulate");
+  EXPECT_EQ(refused_field({"--simulate", "mouse"}), "");
+  EXPECT_EQ(refused_field({"--replay", "a.rec"}), "");
+  EXPECT_EQ(refused_field({"--simulate", "mouse", "--replay", "a.rec"}), "replay");
+}
+
+TEST(DaemonOptions, StrokesGoWithTheirSimulation) {
+  EXPECT_EQ(refused_field({"--simulate", "strokes"}), "strokes");
+  EXPECT_EQ(refused_field({"--simulate", "strokes", "--strokes", "a.tilt"}), "");
+  EXPECT_EQ(refused_field({"--simulate", "mouse", "--strokes", "a.tilt"}), "strokes");
+}
+
+TEST(DaemonOptions, ARecordingIsNotWrittenOverItself) {
+  EXPECT_EQ(refused_field({"--replay", "a.rec", "--record", "a.rec"}), "record");
+  EXPECT_EQ(refused_field({"--replay", "a.rec", "--record", "b.rec"}), "");
+}
+
+TEST(DaemonOptions, TheTableParsesFlagsAndRefusesNonsense) {
+  DaemonOptions options;
+  OptionTable table = make_option_table(options);
+  const char* good[] = {"handloft-trackd", "--simulate", "mouse", "--seed", "7", "--exit-at-end"};
+  ASSERT_TRUE(table.parse(6, const_cast<char**>(good)).ok());
+  EXPECT_EQ(options.simulate, "mouse");
+  EXPECT_EQ(options.seed, 7u);
+  EXPECT_TRUE(options.exit_at_end);
+  for (const char* value : {"0", "1e9", "nan", "fast"}) {
+    DaemonOptions other;
+    OptionTable other_table = make_option_table(other);
+    const char* bad[] = {"handloft-trackd", "--camera-rate-hz", value};
+    EXPECT_FALSE(other_table.parse(3, const_cast<char**>(bad)).ok()) << value;
+  }
+}
+
+}  // namespace
+}  // namespace handloft::tracking
