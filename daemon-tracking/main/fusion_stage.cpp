@@ -130,6 +130,8 @@ void FusionStage::update_shown(const CameraFrame& frame) {
 std::vector<DeviceReport> FusionStage::device_reports(TimePoint now) {
   std::vector<DeviceReport> reports;
   const double elapsed_s = standing_told_ ? to_seconds(now - *standing_told_) : 0.0;
+  for (const CameraPlacement& camera : pipeline_.health().placements)
+    if (camera.corners > 0) devices_["camera/" + camera.name].report.problem = placement_problem(camera);
   for (auto& [name, device] : devices_) {
     device.report.device = name;
     const auto fresh = static_cast<double>(device.report.samples - device.samples_at_last_report);
