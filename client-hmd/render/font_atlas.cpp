@@ -110,7 +110,7 @@ Result<FontAtlas> FontAtlas::load(std::string_view family, int pixel_height) {
     const std::size_t needed = static_cast<std::size_t>(y + h + padding_px) * atlas_width_px;
     if (atlas.coverage_.size() < needed) atlas.coverage_.resize(needed, 0);
     for (int row = 0; row < h; ++row) {
-      std::copy_n(bitmap.buffer + row * bitmap.pitch, w,
+      std::copy_n(bitmap.buffer + static_cast<std::ptrdiff_t>(row) * bitmap.pitch, w,
                   atlas.coverage_.begin() + static_cast<std::ptrdiff_t>(y + row) * atlas_width_px + x);
     }
     atlas.glyphs_[c] = Glyph{x,

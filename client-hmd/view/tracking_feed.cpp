@@ -83,7 +83,7 @@ std::unique_ptr<TrackingFeed> TrackingFeed::start(const net::Endpoint& endpoint,
   events.on_disconnected = [self](const Error& error) { self->on_disconnected(error); };
   {
     const std::lock_guard lock(self->client_mutex);
-    self->client = net::MessageClient::start(endpoint, options, std::move(events), clock, log);
+    self->client = net::MessageClient::start(endpoint, options, std::move(events), clock, std::move(log));
   }
   return std::unique_ptr<TrackingFeed>(new TrackingFeed(std::move(parts)));
 }

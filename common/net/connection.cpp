@@ -37,8 +37,8 @@ Frame failure_frame(const Error& error) {
 
 }  // namespace
 
-ServerConnection::ServerConnection(asio::any_io_executor executor, FileDescriptor socket, std::uint64_t id,
-                                   std::shared_ptr<const ServerShared> shared)
+ServerConnection::ServerConnection(const asio::any_io_executor& executor, FileDescriptor socket,
+                                   std::uint64_t id, std::shared_ptr<const ServerShared> shared)
     : id_(id),
       shared_(std::move(shared)),
       strand_(asio::make_strand(executor)),

@@ -85,7 +85,7 @@ class FrameRingReader {
 class FrameRingServer {
  public:
   /// `fd` is the writer's; it is duplicated.
-  static Result<std::unique_ptr<FrameRingServer>> listen(boost::asio::any_io_executor executor,
+  static Result<std::unique_ptr<FrameRingServer>> listen(const boost::asio::any_io_executor& executor,
                                                          const Endpoint& video_endpoint, int fd, Logger log);
   ~FrameRingServer();
   FrameRingServer(const FrameRingServer&) = delete;

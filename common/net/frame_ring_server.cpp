@@ -55,7 +55,7 @@ bool send_descriptor(int socket, int fd) {
 }  // namespace
 
 struct FrameRingServer::Implementation : std::enable_shared_from_this<FrameRingServer::Implementation> {
-  Implementation(asio::any_io_executor executor, Listener taken, FileDescriptor memory, Logger logger)
+  Implementation(const asio::any_io_executor& executor, Listener taken, FileDescriptor memory, Logger logger)
       : strand(asio::make_strand(executor)),
         acceptor(strand, ::dup(taken.fd.get())),
         pause(strand),
@@ -109,7 +109,7 @@ void FrameRingServer::stop() {
   });
 }
 
-Result<std::unique_ptr<FrameRingServer>> FrameRingServer::listen(asio::any_io_executor executor,
+Result<std::unique_ptr<FrameRingServer>> FrameRingServer::listen(const asio::any_io_executor& executor,
                                                                  const Endpoint& video_endpoint, int fd,
                                                                  Logger log) {
   // Opened anew for reading only: readers get no means to write.
@@ -120,8 +120,8 @@ Result<std::unique_ptr<FrameRingServer>> FrameRingServer::listen(asio::any_io_ex
   }
   Result<Listener> listener = listen_on(video_endpoint);
   if (!listener) return listener.error();
-  auto implementation = std::make_shared<Implementation>(std::move(executor), std::move(*listener),
-                                                         std::move(memory), std::move(log));
+  auto implementation =
+      std::make_shared<Implementation>(executor, std::move(*listener), std::move(memory), std::move(log));
   asio::co_spawn(
       implementation->strand,
       [implementation]() -> asio::awaitable<void> { co_await implementation->accept_all(); }, asio::detached);

@@ -30,7 +30,7 @@ struct ServerShared {
 
 class ServerConnection final : public Connection, public std::enable_shared_from_this<ServerConnection> {
  public:
-  ServerConnection(boost::asio::any_io_executor executor, FileDescriptor socket, std::uint64_t id,
+  ServerConnection(const boost::asio::any_io_executor& executor, FileDescriptor socket, std::uint64_t id,
                    std::shared_ptr<const ServerShared> shared);
 
   /// Handshake, then messages until the end. Call once.

@@ -51,7 +51,7 @@ Result<std::string> to_obj(std::span<const MeshExport> meshes) {
     for (std::size_t i = 0; i < item.mesh.indices.size(); ++i) {
       const std::string index = std::to_string(first + item.mesh.indices[i]);
       out += i % 3 == 0 ? "f " : " ";
-      out += index + "//" + index;
+      out.append(index).append("//").append(index);
       if (i % 3 == 2) out += '\n';
     }
     first += item.mesh.vertex_count();

@@ -17,7 +17,10 @@ struct BezierPatch {
   int degree = 1;             ///< In u and in v.
   std::vector<Vec3> control;  ///< (degree + 1)^2 points, row i (u) by row.
 
-  const Vec3& at(int i, int j) const { return control[static_cast<std::size_t>(i * (degree + 1) + j)]; }
+  const Vec3& at(int i, int j) const {
+    return control[static_cast<std::size_t>(i) * static_cast<std::size_t>(degree + 1) +
+                   static_cast<std::size_t>(j)];
+  }
   /// By de Casteljau.
   Vec3 evaluate(double u, double v) const;
 };
