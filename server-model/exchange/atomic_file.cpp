@@ -91,6 +91,12 @@ Status write_file_atomically(const fs::path& path, const std::function<Status(co
   }
   // A link is followed, so that its target is replaced and not the link.
   const fs::path target = fs::is_symlink(path, ignored) ? fs::weakly_canonical(path, ignored) : path;
+  // A device or a pipe would be replaced by a file: /dev/full gone for the whole machine, if root exports to
+  // it.
+  if (fs::exists(target, ignored) && !fs::is_regular_file(target, ignored)) {
+    return make_error(ErrorCode::io, fmt::format("{} is a device or a pipe, expected a file", path.string()),
+                      "path");
+  }
   TemporaryFile temporary(temporary_name(target));
   if (Status status = write(temporary.path()); !status.ok()) return status;
   if (Status status = flush_to_disk(temporary.path(), O_RDONLY); !status.ok()) return status;

@@ -96,6 +96,17 @@ TEST(AtomicFile, MissingFolderAndFolderAsFileAreErrors) {
   EXPECT_EQ(write_file_atomically(folder.path(), std::string_view("x")).error().code, ErrorCode::io);
 }
 
+TEST(AtomicFile, ADeviceOrAPipeIsNotReplaced) {
+  const test::TemporaryDirectory folder;
+  const fs::path pipe = folder.path() / "pipe.step";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const Status refused = write_file_atomically(pipe, std::string_view("x"));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::io);
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  EXPECT_EQ(files_in(folder.path()), 1U);
+}
+
 TEST(AtomicFile, ALinkStaysALink) {
   const test::TemporaryDirectory folder;
   const fs::path path = folder.path() / "a.txt";
