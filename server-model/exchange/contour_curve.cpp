@@ -2,16 +2,36 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 namespace handloft::exchange::detail {
 namespace {
 
+using geometry::Superellipse;
 using geometry::Vec2;
 using geometry::Vec3;
 
 /// Halvings of a quarter: towards a tip where the curvature is infinite (1 < n < 2) the pieces shrink
 /// geometrically, and 24 halvings reach 1e-7 of the quarter.
 constexpr int max_depth = 24;
+
+/// For a box side that is itself as thin as a tip: an arm then ends here, as a fraction of the way from the
+/// tip to the diagonal in terms of its width.
+constexpr double widest_cut = 0.5;
+
+/// The ends of the quarter of |x|^n + |y|^n = 1 in which x' and y' have these radii (metres).
+struct QuarterEnds {
+  Vec2 begin{1, 0}, end{0, 1};
+};
+
+QuarterEnds quarter_ends(double n, const Vec2& radius) {
+  if (n >= 1) return {};
+  const Vec2 half_width =
+      (0.5 * min_tip_width_m * radius.cwiseInverse()).cwiseMin(widest_cut * std::pow(0.5, 1 / n));
+  const auto along = [n](double across) { return std::pow(1 - std::pow(across, n), 1 / n); };
+  return {{along(half_width.y()), half_width.y()}, {half_width.x(), along(half_width.x())}};
+}
 
 /// A joint of the spline; the tangents are derivatives by the common parameter.
 struct Joint {
@@ -44,17 +64,37 @@ class QuarterBuilder {
 
   ContourArc build() {
     const double diagonal = std::pow(0.5, 1 / n_);
-    const Joint start = joint({1, 0});
+    const bool swapped = quarter_ % 2 == 1;  // The quarter's own x runs along y.
+    const QuarterEnds ends = quarter_ends(n_, swapped ? Vec2(radius_.y(), radius_.x()) : radius_);
+    const Joint start = joint(ends.begin);
     const Joint middle = joint({diagonal, diagonal});
-    const Joint end = joint({0, 1});
+    const Joint end = joint(ends.end);
     split(start, middle, 0);
     split(middle, end, 0);
+    return splines();
+  }
+
+  /// The straight end of the tip at this quarter's end; nothing where the tip is whole.
+  std::optional<ContourArc> build_tip() {
+    if (n_ >= 1) return std::nullopt;
+    const bool swapped = quarter_ % 2 == 1;
+    const Vec2 end = quarter_ends(n_, swapped ? Vec2(radius_.y(), radius_.x()) : radius_).end;
+    Joint from = joint(end);
+    Joint to = joint({-end.x(), end.y()});
+    const Vec2 across = to.plane - from.plane;
+    const double length = across.norm();
+    for (Joint* j : {&from, &to}) set_tangent(*j, across / length);
+    pieces_ = {{from, to, length}};
+    return splines();
+  }
+
+ private:
+  ContourArc splines() const {
     return {
         spline<Vec2>([](const Joint& j) { return j.plane; }, [](const Joint& j) { return j.plane_tangent; }),
         spline<Vec3>([](const Joint& j) { return j.space; }, [](const Joint& j) { return j.space_tangent; })};
   }
 
- private:
   /// A quarter turn of the unit curve for each quarter.
   Vec2 turned(const Vec2& p) const {
     switch (quarter_) {
@@ -73,17 +113,22 @@ class QuarterBuilder {
     Joint j;
     j.unit = unit;
     // Across the gradient (x^(n-1), y^(n-1)); for n < 1 that is infinite at the tips: times (x y)^(1-n).
-    const Vec2 gradient = n_ >= 1 ? Vec2(std::pow(unit.x(), n_ - 1), std::pow(unit.y(), n_ - 1))
-                                  : Vec2(std::pow(unit.y(), 1 - n_), std::pow(unit.x(), 1 - n_));
+    const Vec2 size = unit.cwiseAbs();
+    const Vec2 gradient = n_ >= 1 ? Vec2(std::pow(size.x(), n_ - 1), std::pow(size.y(), n_ - 1))
+                                  : Vec2(std::pow(size.y(), 1 - n_), std::pow(size.x(), 1 - n_));
     j.unit_tangent = Vec2(-gradient.y(), gradient.x()).normalized();
     j.plane = item_.superellipse.centre() + turned(unit).cwiseProduct(radius_);
     const double scale = 1 / radius_.maxCoeff();  // The parameter is about a length in metres.
-    j.plane_tangent = turned(j.unit_tangent).cwiseProduct(radius_) * scale;
     j.space = item_.surface.world_point(item_.frame, j.plane.x(), j.plane.y());
+    set_tangent(j, turned(j.unit_tangent).cwiseProduct(radius_) * scale);
+    return j;
+  }
+
+  void set_tangent(Joint& j, const Vec2& plane_tangent) const {
+    j.plane_tangent = plane_tangent;
     const Vec2 slope = item_.surface.gradient(j.plane.x(), j.plane.y());
     j.space_tangent = item_.frame.direction_to_world(
         {j.plane_tangent.x(), j.plane_tangent.y(), slope.dot(j.plane_tangent)});
-    return j;
   }
 
   Vec2 onto_curve(const Vec2& unit) const {
@@ -154,13 +199,22 @@ class QuarterBuilder {
 
 }  // namespace
 
-std::array<ContourArc, 4> contour_arcs(const SurfaceExport& item, double level,
-                                       const ContourTolerance& tolerance) {
-  std::array<ContourArc, 4> arcs;
+std::vector<ContourArc> contour_arcs(const SurfaceExport& item, double level,
+                                     const ContourTolerance& tolerance) {
+  std::vector<ContourArc> arcs;
   for (int quarter = 0; quarter < 4; ++quarter) {
-    arcs[static_cast<std::size_t>(quarter)] = QuarterBuilder(item, level, tolerance, quarter).build();
+    arcs.push_back(QuarterBuilder(item, level, tolerance, quarter).build());
+    if (auto tip = QuarterBuilder(item, level, tolerance, quarter).build_tip()) {
+      arcs.push_back(std::move(*tip));
+    }
   }
   return arcs;
+}
+
+Vec2 boundary_half_extent(const Superellipse& superellipse, double level) {
+  const Vec2 radius = superellipse.contour_half_extent(level);
+  const QuarterEnds ends = quarter_ends(superellipse.exponent(), radius);
+  return radius.cwiseProduct(Vec2(ends.begin.x(), ends.end.y()));
 }
 
 }  // namespace handloft::exchange::detail

@@ -1,5 +1,7 @@
 #include "server-model/exchange/occt_face.h"
 
+#include <fmt/format.h>
+
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepBuilderAPI_MakeVertex.hxx>
 #include <BRepBuilderAPI_MakeWire.hxx>
@@ -18,7 +20,7 @@
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Vertex.hxx>
 #include <algorithm>
-#include <array>
+#include <vector>
 
 #include "server-model/exchange/contour_curve.h"
 #include "server-model/geometry/bezier_patch.h"
@@ -93,23 +95,23 @@ Handle(Geom_BSplineCurve) make_curve(const CubicSpline<Vec3>& spline) {
 Result<TopoDS_Face> trimmed_face(const SurfaceExport& item, const Handle(Geom_BSplineSurface) & surface,
                                  const Box2& box, double contour_tolerance) {
   const double size = item.superellipse.contour_half_extent(geometry::trim_level()).maxCoeff();
-  const std::array<ContourArc, 4> arcs =
+  const std::vector<ContourArc> arcs =
       contour_arcs(item, geometry::trim_level(), {contour_tolerance * size, space_tolerance_m});
 
-  std::array<TopoDS_Vertex, 4> tips;
-  for (std::size_t i = 0; i < 4; ++i) {
+  std::vector<TopoDS_Vertex> tips(arcs.size());
+  for (std::size_t i = 0; i < arcs.size(); ++i) {
     tips[i] = BRepBuilderAPI_MakeVertex(to_mm(arcs[i].space.poles.front())).Vertex();
   }
   BRep_Builder builder;
   BRepBuilderAPI_MakeWire wire;
-  for (std::size_t i = 0; i < 4; ++i) {
+  for (std::size_t i = 0; i < arcs.size(); ++i) {
     const ContourArc& arc = arcs[i];
     const double last = millimetres_per_metre * arc.space.knots.back();
     TopoDS_Edge edge;
     builder.MakeEdge(edge, make_curve(arc.space), Precision::Confusion());
     builder.UpdateEdge(edge, make_pcurve(arc.plane, box), surface, TopLoc_Location(), Precision::Confusion());
     builder.Add(edge, tips[i].Oriented(TopAbs_FORWARD));
-    builder.Add(edge, tips[(i + 1) % 4].Oriented(TopAbs_REVERSED));
+    builder.Add(edge, tips[(i + 1) % arcs.size()].Oriented(TopAbs_REVERSED));
     builder.Range(edge, 0.0, last);
     wire.Add(edge);
   }
@@ -129,9 +131,10 @@ Result<TopoDS_Face> trimmed_face(const SurfaceExport& item, const Handle(Geom_BS
 }  // namespace
 
 Result<TopoDS_Face> make_face(const SurfaceExport& item, double contour_tolerance) {
-  const Vec2 contour_extent = item.superellipse.contour_half_extent(geometry::trim_level());
-  Box2 box{item.superellipse.centre(), contour_extent};
-  if (item.trim == Trim::contour) box.half_extent *= surface_margin;
+  Box2 box{item.superellipse.centre(), item.superellipse.contour_half_extent(geometry::trim_level())};
+  if (item.trim == Trim::contour) {
+    box.half_extent = surface_margin * boundary_half_extent(item.superellipse, geometry::trim_level());
+  }
   const Result<geometry::BezierPatch> patch = geometry::to_bezier_patch(item.surface, item.frame, box);
   if (!patch.ok()) return patch.error();
   const Handle(Geom_BSplineSurface) surface = make_surface(*patch, box);
@@ -145,7 +148,15 @@ Result<TopoDS_Face> make_face(const SurfaceExport& item, double contour_toleranc
     face = BRepBuilderAPI_MakeFace(surface, Precision::Confusion()).Face();
   }
   if (!BRepCheck_Analyzer(face).IsValid()) {
-    return make_error(ErrorCode::invalid_argument, "the surface makes no valid CAD face", "surface");
+    if (item.trim == Trim::box) {
+      return make_error(ErrorCode::invalid_argument, "the surface makes no valid CAD face", "surface");
+    }
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("the surface, trimmed at the contour of its superellipse of exponent {}, makes "
+                    "no valid CAD face; an untrimmed export has no such boundary",
+                    item.superellipse.exponent()),
+        "surface");
   }
   return face;
 }

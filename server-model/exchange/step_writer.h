@@ -1,7 +1,9 @@
 #pragma once
 // STEP (ISO 10303-21) through Open CASCADE: every surface is a true B-spline face (never facets), trimmed at
 // the half-opaque contour by a boundary with curves in the parameter plane (A26, X3), valid by BRepCheck, in
-// millimetres. One product per surface carries its name. Locale-independent; nothing is printed.
+// millimetres. Stars (exponents below 1) end where their arms get thinner than contour_curve.h's
+// min_tip_width_m, 10 micrometres. One product per surface carries its name. Locale-independent; nothing is
+// printed.
 
 #include <filesystem>
 #include <span>

@@ -13,7 +13,8 @@
 namespace handloft::exchange {
 
 enum class Trim {
-  contour,  ///< At the half-opaque contour of the superellipse, f = 1.381 (A26).
+  contour,  ///< At the half-opaque contour of the superellipse, f = 1.381 (A26), less tips of stars thinner
+            ///< than 10 um.
   box,      ///< Untrimmed: the box around that contour.
 };
 
