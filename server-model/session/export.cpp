@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <map>
 #include <set>
 
 #include "server-model/exchange/gltf_writer.h"
@@ -83,6 +85,33 @@ Result<exchange::MeshExport> mesh_of(const exchange::SurfaceExport& surface) {
   return result;
 }
 
+Error of_shape(const std::string& id, Error error) {
+  error.message = fmt::format("\"{}\": {}", id, error.message);
+  error.field = "export.entities";
+  return error;
+}
+
+/// Lists that the writers get, by the names that their errors call them, with the shape of each member.
+using ShapesOfList = std::map<std::string, std::vector<std::string>>;
+
+/// A writer's error in terms of the request: of "surfaces[1].surface" the user knows nothing.
+Error of_request(Error error, const ShapesOfList& shapes) {
+  const std::size_t bracket = error.field.find('[');
+  if (const auto list = shapes.find(error.field.substr(0, bracket)); list != shapes.end()) {
+    std::size_t index = list->second.size();
+    if (bracket != std::string::npos) {
+      const char* const end = error.field.data() + error.field.size();
+      std::from_chars(error.field.data() + bracket + 1, end, index);
+    }
+    if (index < list->second.size()) return of_shape(list->second[index], std::move(error));
+    error.field = "export.entities";
+    return error;
+  }
+  if (!error.field.empty() && error.field != "path") error.message = error.field + ": " + error.message;
+  error.field = "export.path";
+  return error;
+}
+
 exchange::PointCloudExport points_of(const DualShape& shape) {
   exchange::PointCloudExport cloud;
   cloud.name = shape.name + " (points)";
@@ -108,6 +137,7 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
   std::vector<exchange::SurfaceExport> surfaces;
   std::vector<exchange::MeshExport> meshes;
   std::vector<exchange::PointCloudExport> clouds;
+  std::vector<std::string> cloud_ids;
   for (const EntityPtr& entity : *entities) {
     exported.entities.push_back(entity->id);
     if (entity->stale) {
@@ -115,13 +145,14 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
           fmt::format("\"{}\": exported as it was last fitted; its points have changed since", entity->id));
     }
     auto surface = surface_of(*entity, trim);
-    if (!surface) return surface.error();
+    if (!surface) return of_shape(entity->id, surface.error());
     if (*format != v1::Export::STEP) {
       auto mesh = mesh_of(*surface);
-      if (!mesh) return mesh.error();
+      if (!mesh) return of_shape(entity->id, mesh.error());
       meshes.push_back(std::move(*mesh));
       if (*format == v1::Export::GLB && entity->representation != Representation::surface) {
         clouds.push_back(points_of(*entity));
+        cloud_ids.push_back(entity->id);
       }
     }
     surfaces.push_back(std::move(*surface));
@@ -139,9 +170,9 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
       break;
   }
   if (!written) {
-    Error error = written.error();
-    if (error.field.empty()) error.field = "export.path";
-    return error;
+    return of_request(
+        written.error(),
+        {{"surfaces", exported.entities}, {"meshes", exported.entities}, {"clouds", cloud_ids}});
   }
   return exported;
 }

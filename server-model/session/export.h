@@ -21,7 +21,9 @@ struct Exported {
 
 /// Writes to a temporary file beside the target and renames it, so that a full disk leaves an old file
 /// intact. Errors: not_found (entity), failed_precondition (not fitted, or nothing fitted), unsupported
-/// (unknown extension), io, permission_denied.
+/// (unknown extension), io, permission_denied, invalid_argument (a shape that the format can't hold). The
+/// field is the request's: what failed with the file is export.path, with a shape export.entities, and then
+/// the message begins with the shape's id.
 Result<Exported> export_document(const Document& document, const handloft::v1::Export& request,
                                  const FileAccess& files);
 

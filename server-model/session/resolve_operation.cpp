@@ -45,10 +45,18 @@ constexpr double default_box_m = 0.2;
 
 Result<double> checked_length(double value, double otherwise, const char* field, const Limits& limits) {
   if (!(value >= 0 && value <= limits.max_coordinate_m)) {
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found {}, expected a number > 0, or 0", value), field);
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found {}, expected 0 or a number up to {}", value, limits.max_coordinate_m), field);
   }
   return value == 0 ? otherwise : value;
+}
+
+/// What is wrong inside of the file: the request knows only its path.
+Error in_file(Error error) {
+  if (!error.field.empty() && error.field != "path") error.message = error.field + ": " + error.message;
+  error.field = "import_strokes.path";
+  return error;
 }
 
 Status select_strokes(codec::TiltFile& file, const v1::ImportStrokes& request) {
@@ -87,7 +95,7 @@ Result<exchange::ImportedStrokes> place_strokes(const codec::TiltFile& file, con
   exchange::StrokePlacement placement;
   placement.scale_m_per_unit = 1.0;
   auto measured = exchange::import_strokes(file, placement);
-  if (!measured) return measured.error();
+  if (!measured) return in_file(measured.error());
   const double extent = (measured->upper - measured->lower).maxCoeff();
   if (*scale > 0) {
     placement.scale_m_per_unit = *scale;
@@ -97,7 +105,16 @@ Result<exchange::ImportedStrokes> place_strokes(const codec::TiltFile& file, con
   const geometry::Vec3 middle = measured->lower + 0.5 * (measured->upper - measured->lower);
   placement.translation =
       geometry::Vec3(centre.x(), centre.y(), centre.z()) - placement.scale_m_per_unit * middle;
-  return exchange::import_strokes(file, placement);
+  auto placed = exchange::import_strokes(file, placement);
+  if (!placed) return in_file(placed.error());
+  const double reach = placed->lower.cwiseAbs().cwiseMax(placed->upper.cwiseAbs()).maxCoeff();
+  if (!(reach <= limits.max_coordinate_m)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("the strokes would reach {} m from the origin, expected at most {} m",
+                                  reach, limits.max_coordinate_m),
+                      *scale > 0 ? "import_strokes.scale" : "import_strokes.box_m");
+  }
+  return placed;
 }
 
 }  // namespace
@@ -112,16 +129,17 @@ Result<fs::path> FileAccess::to_write(const std::string& path, const std::string
 
 Result<v1::Operation> resolve_operation(const v1::Operation& operation, const FileAccess& files,
                                         const Limits& limits) {
-  if (!operation.has_import_strokes() || operation.import_strokes().path().empty()) return operation;
+  if (!operation.has_import_strokes()) return operation;
   const v1::ImportStrokes& request = operation.import_strokes();
-  const auto in_path = [](Error error) {
-    error.field = error.field.empty() ? "import_strokes.path" : "import_strokes.path: " + error.field;
-    return error;
-  };
+  if (request.path().empty()) {
+    if (!request.resolved().empty()) return operation;
+    return make_error(ErrorCode::invalid_argument, "the path is missing, expected that of a .tilt file",
+                      "import_strokes.path");
+  }
   auto path = files.to_read(request.path(), "import_strokes.path");
   if (!path) return path.error();
   auto file = codec::read_tilt_file(*path);
-  if (!file) return in_path(file.error());
+  if (!file) return in_file(file.error());
   if (auto status = select_strokes(*file, request); !status) return status.error();
   if (file->point_count() > limits.max_points_per_operation) {
     return make_error(ErrorCode::resource_exhausted,

@@ -26,7 +26,8 @@ struct FileAccess {
 /// For import_strokes with a path: reads the .tilt file, scales and centres the strokes, and returns the
 /// operation with `resolved` filled and the path taken out, so that it means the same everywhere. Any other
 /// operation comes back as it is. Errors: not_found, io, data_corrupt, permission_denied, invalid_argument
-/// (no such stroke, a bad scale), resource_exhausted.
+/// (no path and no strokes, no such stroke, a bad scale), resource_exhausted. What is wrong inside of the
+/// file has the field import_strokes.path, and its place in the file begins the message.
 Result<handloft::v1::Operation> resolve_operation(const handloft::v1::Operation& operation,
                                                   const FileAccess& files, const Limits& limits = {});
 

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
+#include <memory>
 #include <sstream>
 
 #include "server-model/session/local_target.h"
@@ -84,7 +86,49 @@ TEST_F(Exporting, AFolderThatIsMissingIsAnErrorAndLeavesNothing) {
   const auto result = export_document(document_, to("missing/a.step"), files());
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::io);
+  EXPECT_EQ(result.error().field, "export.path");
   EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+TEST_F(Exporting, AShapeThatAFormatCannotHoldIsNamed) {
+  document_ = applied(document_, {create("far"), add("far", saddle_points()), fit("far")});
+  auto far = std::make_shared<DualShape>(*document_.find("far"));
+  auto broken = std::make_shared<FittedSurface>(*far->fit);
+  broken->frame.origin.x() = std::numeric_limits<double>::quiet_NaN();
+  far->fit = broken;
+  document_.entities["far"] = far;
+  for (const char* name : {"a.step", "a.glb", "a.obj"}) {
+    const auto result = export_document(document_, to(name), files());
+    ASSERT_FALSE(result.ok()) << name;
+    EXPECT_EQ(result.error().field, "export.entities") << name;
+    EXPECT_TRUE(result.error().message.starts_with("\"far\": ")) << result.error().describe();
+  }
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
+// A22, A26: drawn by hand, fitted, and trimmed as the thinnest star there is.
+TEST_F(Exporting, A22_A26_RealStrokesAsStarsMakeStepFiles) {
+  HANDLOFT_REQUIRE_DATA(sketch, "tilt/sketch1.tilt");
+  v1::Operation import;
+  import.mutable_import_strokes()->set_entity("top");
+  import.mutable_import_strokes()->set_path(sketch.string());
+  for (const double exponent : {0.2, 0.3}) {
+    for (const std::uint32_t degree : {1U, 2U, 6U}) {
+      LocalTarget target(files());
+      ASSERT_TRUE(target.submit(create("top")).ok());
+      ASSERT_TRUE(target.submit(import).ok());
+      v1::Operation fitted = fit("top");
+      fitted.mutable_fit()->set_degree(degree);
+      ASSERT_TRUE(target.submit(fitted).ok());
+      v1::Operation shape;
+      shape.mutable_set_superellipse()->set_entity("top");
+      shape.mutable_set_superellipse()->set_exponent(exponent);
+      ASSERT_TRUE(target.submit(shape).ok());
+      const auto exported = export_document(target.model().document(), to("a.step"), files());
+      EXPECT_TRUE(exported.ok()) << exponent << ", degree " << degree << ": "
+                                 << (exported.ok() ? "" : exported.error().describe());
+    }
+  }
 }
 
 TEST_F(Exporting, AStaleSurfaceIsNoted) {

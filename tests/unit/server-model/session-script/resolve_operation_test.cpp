@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
+#include <string>
 
 #include "server-model/session/local_target.h"
 #include "tests/support/test_data.h"
@@ -85,11 +87,37 @@ TEST(ResolveOperation, RefusesMissingAndCorruptFiles) {
   handloft::test::TemporaryDirectory folder;
   FileAccess files;
   files.read_folder = folder.path();
-  EXPECT_EQ(resolve_operation(import_of("missing.tilt"), files).error().code, ErrorCode::not_found);
+  const Error missing = resolve_operation(import_of("missing.tilt"), files).error();
+  EXPECT_EQ(missing.code, ErrorCode::not_found);
+  EXPECT_EQ(missing.field, "import_strokes.path");
   std::ofstream(folder.path() / "bad.tilt") << "tilT and then nothing of use";
-  EXPECT_EQ(resolve_operation(import_of("bad.tilt"), files).error().code, ErrorCode::data_corrupt);
+  const Error bad = resolve_operation(import_of("bad.tilt"), files).error();
+  EXPECT_EQ(bad.code, ErrorCode::data_corrupt);
+  EXPECT_EQ(bad.field, "import_strokes.path");
+  EXPECT_TRUE(bad.message.starts_with("file.")) << bad.describe();
   files.scope = FileAccess::Scope::within_folders;
   EXPECT_EQ(resolve_operation(import_of("../bad.tilt"), files).error().code, ErrorCode::permission_denied);
+}
+
+TEST(ResolveOperation, SaysThatThePathIsMissing) {
+  const Error error = resolve_operation(import_of(""), {}).error();
+  EXPECT_EQ(error.code, ErrorCode::invalid_argument);
+  EXPECT_EQ(error.field, "import_strokes.path");
+  EXPECT_NE(error.message.find("path is missing"), std::string::npos) << error.message;
+}
+
+TEST(ResolveOperation, NamesTheBoundsOfTheScale) {
+  HANDLOFT_REQUIRE_DATA(sketch, "tilt/sketch1.tilt");
+  v1::Operation operation = import_of(sketch.string());
+  for (const double scale : {1e300, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    operation.mutable_import_strokes()->set_scale(scale);
+    const Error error = resolve_operation(operation, {}).error();
+    EXPECT_EQ(error.field, "import_strokes.scale") << scale;
+    EXPECT_NE(error.message.find("10000"), std::string::npos) << error.message;
+  }
+  // Allowed by itself, but not with these strokes.
+  operation.mutable_import_strokes()->set_scale(9999);
+  EXPECT_EQ(resolve_operation(operation, {}).error().field, "import_strokes.scale");
 }
 
 }  // namespace
