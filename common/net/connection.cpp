@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
@@ -45,6 +47,7 @@ ServerConnection::ServerConnection(const asio::any_io_executor& executor, FileDe
       descriptor_(strand_, socket.get()),
       hello_timer_(strand_),
       close_timer_(strand_),
+      pause_(strand_),
       fd_(socket.release()),
       decoder_(std::min(hello_max_frame_bytes, shared_->options.max_frame_bytes)),
       outbox_(shared_->options.outbox) {}
@@ -117,6 +120,7 @@ asio::awaitable<void> ServerConnection::run() {
     const std::size_t count = co_await read_some();
     if (count == 0) break;
     for (;;) {
+      if (paused()) co_await wait_while_paused();
       {
         const Lock lock(mutex_);
         if (phase_ == Phase::draining) {  // nothing that comes now matters any more
@@ -134,6 +138,36 @@ asio::awaitable<void> ServerConnection::run() {
     }
     if (++reads % reads_per_turn == 0) co_await asio::post(strand_, asio::use_awaitable);
   }
+}
+
+bool ServerConnection::paused() const {
+  const Lock lock(mutex_);
+  return reading_paused_ && phase_ == Phase::joined;
+}
+
+// Checked and begun on the strand, where wake_reader() cancels: no waking is missed.
+asio::awaitable<void> ServerConnection::wait_while_paused() {
+  while (paused()) {
+    pause_.expires_at(asio::steady_timer::time_point::max());
+    co_await pause_.async_wait(asio::as_tuple(asio::use_awaitable));
+  }
+}
+
+void ServerConnection::pause_reading() {
+  const Lock lock(mutex_);
+  reading_paused_ = true;
+}
+
+void ServerConnection::resume_reading() {
+  const Lock lock(mutex_);
+  if (!reading_paused_) return;
+  wake_reader();
+  reading_paused_ = false;
+}
+
+void ServerConnection::wake_reader() {
+  if (!reading_paused_) return;
+  asio::post(strand_, [self = shared_from_this()] { self->pause_.cancel(); });
 }
 
 Status ServerConnection::handle(std::span<const std::uint8_t> payload) {
@@ -184,6 +218,15 @@ Status ServerConnection::shake_hands() {
   }
   if (!v1::Role_IsValid(hello.role()) || hello.role() == v1::ROLE_UNSPECIFIED) {
     return make_error(ErrorCode::invalid_argument, "expected subscriber, viewer or editor", "hello.role");
+  }
+  const std::vector<v1::Role>& roles = shared_->options.roles;
+  if (!roles.empty() && std::find(roles.begin(), roles.end(), hello.role()) == roles.end()) {
+    std::vector<std::string> names;
+    for (const v1::Role role : roles) names.push_back(v1::Role_Name(role));
+    return make_error(
+        ErrorCode::permission_denied,
+        fmt::format("found {}, expected {}", v1::Role_Name(hello.role()), fmt::join(names, " or ")),
+        "hello.role");
   }
   hello_timer_.cancel();
   said_hello_ = true;
@@ -437,6 +480,7 @@ void ServerConnection::close() {
 void ServerConnection::drain(std::string reason) {
   phase_ = Phase::draining;
   if (reason_.empty()) reason_ = std::move(reason);
+  wake_reader();
   arm_close_timer();
 }
 
@@ -456,6 +500,7 @@ void ServerConnection::hang_up(const std::string& reason) {
   if (phase_ == Phase::closed) return;
   if (reason_.empty()) reason_ = reason;
   phase_ = Phase::draining;
+  wake_reader();
   in_flight_.reset();
   outbox_.clear();
   ::shutdown(fd_, SHUT_RDWR);

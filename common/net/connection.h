@@ -63,6 +63,12 @@ class Connection {
   /// sources). False: closed or timed out.
   virtual bool wait_until_queued_below(std::size_t frames, std::chrono::milliseconds timeout) = 0;
 
+  /// Back-pressure: after the message that is being handled no further one is read or handled until
+  /// resume_reading(); the peer's bytes wait in the kernel, and the peer with them. Pings wait too. Several
+  /// pauses are one.
+  virtual void pause_reading() = 0;
+  virtual void resume_reading() = 0;
+
   /// Sends Failure{closing} after what already waits in the reliable queue, then closes.
   virtual void fail(const Error& error) = 0;
   /// Closes after what waits in the reliable queue is written, or after a second.

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/log.h"
@@ -24,6 +25,7 @@ inline constexpr std::uint32_t protocol_minor = 0;
 struct ServerOptions {
   std::string program = "handloft";  ///< In the Welcome: "handloft-modeld 0.1.0".
   std::uint32_t max_frame_bytes = default_max_frame_bytes;
+  std::vector<v1::Role> roles = {};  ///< Who may come in; others are refused by name. Empty: every role.
   std::chrono::milliseconds hello_timeout{5000};  ///< A peer that has not said hello by then is closed.
   std::size_t max_connections = 256;  ///< With those in the handshake; more are refused with a reason.
   std::size_t max_half_open = 64;     ///< Peers in the handshake at a time.

@@ -46,6 +46,8 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   void set_pull(Pull pull) override;
   void notify_pull() override;
   bool wait_until_queued_below(std::size_t frames, std::chrono::milliseconds timeout) override;
+  void pause_reading() override;
+  void resume_reading() override;
   void fail(const Error& error) override;
   void close() override;
   bool closed() const override;
@@ -59,6 +61,8 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   // On the strand.
   boost::asio::awaitable<void> run();
   boost::asio::awaitable<std::size_t> read_some();
+  boost::asio::awaitable<void> wait_while_paused();
+  bool paused() const;
   Status handle(std::span<const std::uint8_t> payload);
   Status shake_hands();
   void answer_ping(const v1::Ping& ping);
@@ -71,6 +75,7 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   void overflow();
   void drain(std::string reason);
   void hang_up(const std::string& reason);
+  void wake_reader();
   bool accepts() const { return phase_ == Phase::joined && !overflowed_; }
 
   void wait_until_writable();
@@ -82,6 +87,7 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   boost::asio::posix::stream_descriptor descriptor_;
   boost::asio::steady_timer hello_timer_;
   boost::asio::steady_timer close_timer_;
+  boost::asio::steady_timer pause_;  ///< never expires; cancelled to wake the reading coroutine
   const int fd_;
   FrameDecoder decoder_;
   v1::Envelope received_;
@@ -94,6 +100,7 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   bool announced_ = false;  ///< on_join said yes, so on_closed will come
   bool said_hello_ = false;
   bool overflowed_ = false;
+  bool reading_paused_ = false;
   bool write_blocked_ = false;  ///< the kernel's buffer is full; the strand waits for room
   bool flushing_ = false;
   bool pull_wanted_ = false;

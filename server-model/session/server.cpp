@@ -20,12 +20,19 @@ constexpr int endpoint_shift = 40;
 
 struct Peer {
   Peer(net::ConnectionPtr its_connection, std::uint64_t its_id, net::Endpoint::Kind its_kind,
-       const stream::ViewerLimits& limits)
-      : connection(std::move(its_connection)), id(its_id), kind(its_kind), viewer(limits) {}
+       const ServerOptions& options)
+      : connection(std::move(its_connection)),
+        id(its_id),
+        kind(its_kind),
+        max_pending_requests(options.max_pending_requests),
+        max_pending_bytes(options.max_pending_bytes),
+        viewer(options.viewer) {}
 
   const net::ConnectionPtr connection;
   const std::uint64_t id;  ///< Unlike any other peer's of this server.
   const net::Endpoint::Kind kind;
+  const std::size_t max_pending_requests;
+  const std::size_t max_pending_bytes;
 
   std::mutex mutex;  ///< Guards what follows; never held while calling the connection.
   bool joined = false;
@@ -72,8 +79,9 @@ struct Server::Implementation : std::enable_shared_from_this<Server::Implementat
   void ask(const PeerPtr& peer, const v1::Ask& message);
   void presence(const PeerPtr& peer, v1::Presence message);
   std::optional<net::Frame> pull(Peer& peer);
-  /// The peer may have one more request of this size under way; finish_request() ends it.
-  Status begin_request(Peer& peer, std::size_t bytes) const;
+  /// Counts a request that is under way until finish_request(); at the limit nothing more is read of the
+  /// peer.
+  static void begin_request(Peer& peer, std::size_t bytes);
   static void finish_request(Peer& peer, std::size_t bytes);
 };
 
@@ -139,14 +147,7 @@ void Server::Implementation::send_presence(const v1::Presence& presence, const s
 
 Status Server::Implementation::on_join(const net::ConnectionPtr& connection, std::uint64_t id,
                                        net::Endpoint::Kind kind) {
-  const v1::Role role = connection->peer().role;
-  if (role != v1::ROLE_VIEWER && role != v1::ROLE_EDITOR) {
-    return make_error(ErrorCode::permission_denied,
-                      fmt::format("found {}, expected ROLE_VIEWER or ROLE_EDITOR: this is a model server",
-                                  v1::Role_IsValid(role) ? v1::Role_Name(role) : std::to_string(role)),
-                      "hello.role");
-  }
-  auto peer = std::make_shared<Peer>(connection, id, kind, options.viewer);
+  auto peer = std::make_shared<Peer>(connection, id, kind, options);
   connection->user_data = peer;
   log.info("{} \"{}\" connected as {}", connection->peer().program, connection->peer().name, id);
   const std::lock_guard lock(peers_mutex);
@@ -173,10 +174,11 @@ Status Server::Implementation::on_message(const net::ConnectionPtr& connection,
       presence(peer, envelope.presence());
       return {};
     default:
-      return make_error(ErrorCode::invalid_argument,
-                        fmt::format("found message {}, expected join, submit, ask or presence",
-                                    static_cast<int>(envelope.body_case())),
-                        "body");
+      return make_error(
+          ErrorCode::invalid_argument,
+          fmt::format("found the message \"{}\", expected join, submit, ask or presence",
+                      v1::Envelope::descriptor()->FindFieldByNumber(envelope.body_case())->name()),
+          "body");
   }
 }
 
@@ -262,24 +264,30 @@ std::optional<net::Frame> Server::Implementation::pull(Peer& peer) {
   return *std::move(frame);
 }
 
-Status Server::Implementation::begin_request(Peer& peer, std::size_t bytes) const {
-  const std::lock_guard lock(peer.mutex);
-  if (peer.pending_requests >= options.max_pending_requests ||
-      peer.pending_bytes + bytes > options.max_pending_bytes) {
-    return make_error(ErrorCode::resource_exhausted,
-                      fmt::format("{} requests of {} bytes are not yet answered, expected at most {} and {}",
-                                  peer.pending_requests, peer.pending_bytes, options.max_pending_requests,
-                                  options.max_pending_bytes));
+// To be called before the request is handed over: so it ends, and finish_request() looks, after the pause,
+// whatever other requests do meanwhile, and no peer stays paused with nothing under way.
+void Server::Implementation::begin_request(Peer& peer, std::size_t bytes) {
+  bool full = false;
+  {
+    const std::lock_guard lock(peer.mutex);
+    ++peer.pending_requests;
+    peer.pending_bytes += bytes;
+    full = peer.pending_requests >= peer.max_pending_requests || peer.pending_bytes >= peer.max_pending_bytes;
   }
-  ++peer.pending_requests;
-  peer.pending_bytes += bytes;
-  return {};
+  if (full) peer.connection->pause_reading();
 }
 
 void Server::Implementation::finish_request(Peer& peer, std::size_t bytes) {
-  const std::lock_guard lock(peer.mutex);
-  --peer.pending_requests;
-  peer.pending_bytes -= bytes;
+  bool room = false;
+  {
+    const std::lock_guard lock(peer.mutex);
+    --peer.pending_requests;
+    peer.pending_bytes -= bytes;
+    // Half, so that a peer that keeps the limit filled isn't paused and resumed with every request.
+    room = peer.pending_requests <= peer.max_pending_requests / 2 &&
+           peer.pending_bytes <= peer.max_pending_bytes / 2;
+  }
+  if (room) peer.connection->resume_reading();
 }
 
 void Server::Implementation::submit(const PeerPtr& peer, const v1::Submit& message) {
@@ -303,18 +311,15 @@ void Server::Implementation::submit(const PeerPtr& peer, const v1::Submit& messa
     return;
   }
   const std::size_t bytes = message.ByteSizeLong();
-  if (const Status begun = begin_request(*peer, bytes); !begun) {
-    answer(begun.error());
-    return;
-  }
+  begin_request(*peer, bytes);
   v1::Operation operation = message.operation();
   operation.set_client_id(peer->id);
   model::FileAccess files = options.files;
   // TCP knows no users: whoever connects gets the folders, not the machine.
   if (peer->kind == net::Endpoint::Kind::tcp) files.scope = model::FileAccess::Scope::within_folders;
   actor->submit(std::move(operation), std::move(files), [peer, bytes, answer](const auto& outcome) {
-    finish_request(*peer, bytes);
     answer(outcome);
+    finish_request(*peer, bytes);
   });
 }
 
@@ -338,13 +343,10 @@ void Server::Implementation::ask(const PeerPtr& peer, const v1::Ask& message) {
     peer->connection->send(envelope);
   };
   const std::size_t bytes = message.ByteSizeLong();
-  if (const Status begun = begin_request(*peer, bytes); !begun) {
-    answer(begun.error());
-    return;
-  }
+  begin_request(*peer, bytes);
   actor->ask(message.query(), [peer, bytes, answer](Result<v1::QueryResult> result) {
-    finish_request(*peer, bytes);
     answer(std::move(result));
+    finish_request(*peer, bytes);
   });
 }
 
@@ -370,6 +372,7 @@ Result<std::unique_ptr<Server>> Server::start(boost::asio::any_io_executor execu
                                               model::Model initial, ServerOptions options, const Clock& clock,
                                               Logger log, std::function<void()> on_end_of_recording) {
   if (endpoints.empty()) return make_error(ErrorCode::invalid_argument, "found no endpoint", "listen");
+  options.net.roles = {v1::ROLE_VIEWER, v1::ROLE_EDITOR};
   auto implementation = std::make_shared<Implementation>(std::move(options), clock, log);
   const std::weak_ptr<Implementation> weak = implementation;
   ActorEvents events;

@@ -23,10 +23,11 @@ namespace handloft::session {
 
 struct ServerOptions {
   std::string model_name = "main";  ///< What a Join may name; empty always means this one.
-  net::ServerOptions net;
+  net::ServerOptions net;           ///< `roles` is set here: viewers and editors.
   stream::ViewerLimits viewer;
-  /// Submits and asks of one peer that are not yet answered; more are refused at once, so that none can fill
-  /// our memory.
+  /// Submits and asks of one peer that are not yet answered. With so many under way nothing more is read of
+  /// the peer until half are answered, so that none can fill our memory; the one that reaches the bytes is
+  /// still taken.
   std::size_t max_pending_requests = 64;
   std::size_t max_pending_bytes = 32U << 20;
   ActorOptions actor;

@@ -100,6 +100,63 @@ TEST(Delivery, APulledMessageIsComposedWhenThereIsRoomForIt) {
   connection->set_pull({});
 }
 
+TEST(Delivery, APausedPeerWaitsAndTheOthersDoNot) {
+  std::mutex mutex;
+  std::vector<std::string> seen;
+  Server server({.on_message = [&](const ConnectionPtr& connection, const v1::Envelope& message) -> Status {
+    const std::lock_guard lock(mutex);
+    seen.push_back(message.presence().name());
+    if (message.presence().name().starts_with("pause")) connection->pause_reading();
+    return {};
+  }});
+  const auto what_came = [&] {
+    const std::lock_guard lock(mutex);
+    return seen;
+  };
+  SyncClient paused = server.connect("paused");
+  SyncClient other = server.connect("other");
+  for (const char* name : {"pause 1", "pause 2", "last"}) ASSERT_TRUE(paused.send(presence(name)).ok());
+  server.wait_for_messages(1);
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(other.send(presence("other")).ok());
+  server.wait_for_messages(101);
+  EXPECT_THAT(what_came(), testing::Not(testing::Contains("pause 2")));
+  const ConnectionPtr connection = server.connection(paused.welcome().client_id());
+  connection->resume_reading();
+  server.wait_for_messages(102);
+  EXPECT_EQ(what_came().back(), "pause 2");
+  connection->resume_reading();
+  server.wait_for_messages(103);
+  EXPECT_EQ(what_came().back(), "last");
+  connection->resume_reading();  // of nothing
+}
+
+TEST(Delivery, APausedPeerCanBeClosed) {
+  Server server({.on_message = [&](const ConnectionPtr& connection, const v1::Envelope&) -> Status {
+    connection->pause_reading();
+    return {};
+  }});
+  SyncClient client = server.connect();
+  const ConnectionPtr connection = server.connection(client.welcome().client_id());
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(client.send(presence("x")).ok());
+  server.wait_for_messages(1);
+  connection->fail(make_error(ErrorCode::cancelled, "enough"));
+  const auto failure = client.receive(patience);
+  ASSERT_TRUE(failure.ok()) << failure.error().describe();
+  EXPECT_EQ(failure->failure().message(), "enough");
+  EXPECT_THAT(server.close_reason(connection->id()), testing::HasSubstr("enough"));
+}
+
+TEST(Delivery, OnlyTheRolesThatAreServedAreWelcome) {
+  Server server({.options = {.roles = {v1::ROLE_VIEWER, v1::ROLE_SUBSCRIBER}}});
+  const auto refused = SyncClient::connect(server.endpoint(), Server::client_options(), server.clock());
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::permission_denied);
+  EXPECT_EQ(refused.error().field, "hello.role");
+  ClientOptions viewer = Server::client_options();
+  viewer.role = v1::ROLE_VIEWER;
+  EXPECT_TRUE(SyncClient::connect(server.endpoint(), viewer, server.clock()).ok());
+}
+
 TEST(Delivery, AnOverflowReseedsOrCloses) {
   std::atomic<int> overflows{0};
   Server server({.options = {.outbox = {.max_queued_frames = 10}, .send_buffer_bytes = 4096},
