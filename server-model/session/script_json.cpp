@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <google/protobuf/util/json_util.h>
 
-#include <algorithm>
 #include <charconv>
+#include <set>
+
+#include "server-model/session/script_fault.h"
 
 namespace handloft::model {
 
@@ -12,11 +14,13 @@ using nlohmann::json;
 
 namespace {
 
-// Reads a document's shape and keeps nothing but the members of the outermost object.
+// Reads a document's shape; keeps the members of the outermost object, and of those within only the names on
+// the way to where it is.
 class MemberReader final : public nlohmann::json_sax<json> {
  public:
   std::vector<std::string> members;
   std::string problem;
+  std::string field;
 
   bool null() override { return value(); }
   bool boolean(bool) override { return value(); }
@@ -25,26 +29,20 @@ class MemberReader final : public nlohmann::json_sax<json> {
   bool number_float(number_float_t, const string_t&) override { return value(); }
   bool string(string_t&) override { return value(); }
   bool binary(binary_t&) override { return value(); }
-  bool start_object(std::size_t) override { return ++depth_ <= max_json_depth || too_deep(); }
-  bool end_object() override {
-    --depth_;
-    return true;
-  }
-  bool start_array(std::size_t) override {
-    if (depth_ == 0) return value();
-    return ++depth_ <= max_json_depth || too_deep();
-  }
-  bool end_array() override {
-    --depth_;
-    return true;
-  }
+  bool start_object(std::size_t) override { return enter(false); }
+  bool end_object() override { return leave(); }
+  bool start_array(std::size_t) override { return within_.empty() ? value() : enter(true); }
+  bool end_array() override { return leave(); }
   bool key(string_t& name) override {
-    if (depth_ != 1) return true;
-    if (std::find(members.begin(), members.end(), name) != members.end()) {
+    Level& level = within_.back();
+    // Both spellings of a field are the same field.
+    if (!level.names.insert(snake_case(name)).second) {
       problem = fmt::format("found \"{}\" twice", name);
+      field = within_.size() > 1 ? path() + snake_case(name) : "";
       return false;
     }
-    members.push_back(name);
+    level.name = name;
+    if (within_.size() == 1) members.push_back(name);
     return true;
   }
   bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception&) override {
@@ -53,16 +51,48 @@ class MemberReader final : public nlohmann::json_sax<json> {
   }
 
  private:
+  struct Level {
+    bool is_array = false;
+    std::size_t index = 0;        // of the element in an array
+    std::string name;             // of the member in an object
+    std::set<std::string> names;  // of the members so far
+  };
+
   bool value() {
-    if (depth_ > 0) return true;
+    if (!within_.empty()) return next_element();
     problem = "found a JSON value, expected an object";
     return false;
   }
-  bool too_deep() {
-    problem = fmt::format("found more than {} levels of nesting", max_json_depth);
-    return false;
+  bool enter(bool is_array) {
+    if (within_.size() >= max_json_depth) {
+      problem = fmt::format("found more than {} levels of nesting", max_json_depth);
+      return false;
+    }
+    within_.push_back({is_array, 0, {}, {}});
+    return true;
   }
-  int depth_ = 0;
+  bool leave() {
+    within_.pop_back();
+    return next_element();
+  }
+  bool next_element() {
+    if (!within_.empty() && within_.back().is_array) ++within_.back().index;
+    return true;
+  }
+  // "add_points.points[3]." of the object that is being read.
+  std::string path() const {
+    std::string result;
+    for (std::size_t i = 0; i + 1 < within_.size(); ++i) {
+      const Level& level = within_[i];
+      if (level.is_array) {
+        result += fmt::format("[{}]", level.index);
+      } else {
+        result += (i == 0 ? "" : ".") + snake_case(level.name);
+      }
+    }
+    return result + ".";
+  }
+  std::vector<Level> within_;
 };
 
 std::string camel_case(std::string_view name) {
@@ -93,33 +123,14 @@ const json* step_into(const json& at, const std::string& name) {
   return nullptr;
 }
 
-// protobuf: "(addPoints.points[1].position) foo: Cannot find field."
-Error json_error(std::string_view message) {
-  std::string where;
-  std::string_view what = message;
-  if (!what.empty() && what.front() == '(') {
-    const std::size_t end = what.find(')');
-    if (end != std::string_view::npos) {
-      where = what.substr(1, end - 1);
-      what.remove_prefix(std::min(what.size(), end + 2));
-    }
-  }
-  constexpr std::string_view unknown = ": Cannot find field.";
-  if (what.ends_with(unknown)) {
-    const std::string name(what.substr(0, what.size() - unknown.size()));
-    return make_error(ErrorCode::invalid_argument, fmt::format("found the unknown field \"{}\"", name),
-                      where.empty() ? name : where + "." + name);
-  }
-  return make_error(ErrorCode::invalid_argument, std::string(what), where);
-}
-
 }  // namespace
 
 Result<std::vector<std::string>> top_level_members(std::string_view text) {
   MemberReader reader;
   if (!json::sax_parse(text.begin(), text.end(), &reader)) {
     return make_error(ErrorCode::invalid_argument,
-                      reader.problem.empty() ? std::string("found no well-formed JSON") : reader.problem);
+                      reader.problem.empty() ? std::string("found no well-formed JSON") : reader.problem,
+                      reader.field);
   }
   return std::move(reader.members);
 }
@@ -135,11 +146,14 @@ Status from_json(std::string_view text, google::protobuf::Message& message) {
   options.ignore_unknown_fields = false;
   const auto status = google::protobuf::util::JsonStringToMessage(
       google::protobuf::StringPiece(text.data(), text.size()), &message, options);
-  if (!status.ok()) {
-    const auto words = status.message();
-    return json_error(std::string_view(words.data(), words.size()));
+  if (status.ok()) return {};
+  const json parsed = json::parse(text.begin(), text.end(), nullptr, false);
+  if (!parsed.is_discarded()) {
+    if (auto fault = find_fault(parsed, *message.GetDescriptor())) return *std::move(fault);
   }
-  return {};
+  return make_error(ErrorCode::invalid_argument,
+                    fmt::format("found JSON that is not the message {}, expected its fields as documented",
+                                message.GetDescriptor()->name()));
 }
 
 Result<std::string> to_json(const google::protobuf::Message& message) {

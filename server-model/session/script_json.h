@@ -16,14 +16,14 @@ namespace handloft::model {
 /// Nesting of a line; protobuf JSON of ours needs 6.
 inline constexpr int max_json_depth = 32;
 
-/// Checks that `text` is one JSON object (UTF-8, no duplicate members on top, bounded depth) without building
-/// it, and returns the names of its members. invalid_argument says where it goes wrong.
+/// Checks that `text` is one JSON object (UTF-8, no member twice in one object, bounded depth) without
+/// building it, and returns the names of its members. invalid_argument says where it goes wrong.
 Result<std::vector<std::string>> top_level_members(std::string_view text);
 
 /// Parses what top_level_members() has accepted.
 Result<nlohmann::json> parse_json(std::string_view text);
 
-/// From protobuf JSON; unknown fields are refused, their path in `field`.
+/// From protobuf JSON; refusals name the field in `field`, what was found and what was expected.
 Status from_json(std::string_view text, google::protobuf::Message& message);
 /// To protobuf JSON on one line: lowerCamelCase, every scalar written, doubles to the last bit.
 Result<std::string> to_json(const google::protobuf::Message& message);

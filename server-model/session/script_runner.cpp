@@ -17,6 +17,9 @@ using nlohmann::json;
 
 namespace {
 
+/// Some editors begin a file with it; it means nothing in UTF-8.
+constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+
 enum class Read { line, too_long, end };
 
 // One line without its end; of a line that is too long only the length is looked at.
@@ -122,6 +125,7 @@ ScriptSummary run_script(std::istream& in, std::ostream& out, ScriptTarget& targ
   for (std::size_t number = 1;; ++number) {
     const Read read = read_line(in, line, options.max_line_bytes);
     if (read == Read::end) break;
+    if (number == 1 && line.starts_with(byte_order_mark)) line.erase(0, byte_order_mark.size());
     if (read == Read::line && is_nothing(line)) continue;
     ++summary.lines_run;
     const auto result = answer_safely(read, line, target, options);

@@ -123,6 +123,70 @@ TEST(Script, MalformedLinesFailAndNothingElseHappens) {
       after_create(R"({"setSuperellipse": {"entity": "top", "exponent": 1e999}})")["ok"].get<bool>());
 }
 
+TEST(Script, RefusalsOfJsonSayInOurWordsWhatWasFoundAndExpected) {
+  struct Case {
+    std::string line, field, message;
+  };
+  const std::string up_to_32_bits = ", expected a whole number from 0 to 4294967295";
+  for (const Case& it : std::vector<Case>{
+           {R"({"fit": {"entity": "top", "degree": -1}})", "fit.degree", "found -1" + up_to_32_bits},
+           {R"({"fit": {"entity": "top", "degree": 4294967296}})", "fit.degree",
+            "found 4294967296" + up_to_32_bits},
+           {R"({"fit": {"entity": "top", "degree": 1.5}})", "fit.degree", "found 1.5" + up_to_32_bits},
+           {R"({"fit": {"entity": "top", "degree": "two"}})", "fit.degree", "found \"two\"" + up_to_32_bits},
+           {R"({"fit": {"entity": "top", "degree": {}}})", "fit.degree", "found an object" + up_to_32_bits},
+           {R"({"setSymmetry": {"entity": "top", "mode": "BOTH"}})", "set_symmetry.mode",
+            "found \"BOTH\", expected OFF, SAME_SHAPE, PARTNER"},
+           {R"({"setSymmetry": {"entity": "top", "plane": 3}})", "set_symmetry.plane",
+            "found 3, expected an object"},
+           {R"({"undo": {}, "redo": {}})", "undo", "found \"undo\" beside \"redo\", expected one of them"},
+           {R"({"undo": 1})", "undo", "found 1, expected an object"},
+           {R"({"addPoints": {"points": [{"position": {"x": 1}}, {"position": {"x": "one"}}]}})",
+            "add_points.points[1].position.x", "found \"one\", expected a number"},
+           {R"({"addPoints": {"points": [{"timeNs": "9223372036854775808"}]}})",
+            "add_points.points[0].time_ns",
+            "found \"9223372036854775808\", expected a whole number from -9223372036854775808 to "
+            "9223372036854775807"},
+           {R"({"export": {"path": "a.obj", "untrimmed": "maybe"}})", "export.untrimmed",
+            "found \"maybe\", expected true or false"},
+           {R"({"rename": {"entity": ["top"]}})", "rename.entity", "found a list, expected text in quotes"},
+           {R"({"query": "hash"})", "query", "found \"hash\", expected an object"},
+           {R"({"query": {"evaluate": {"at": [{"x": true}]}}})", "query.evaluate.at[0].x",
+            "found true, expected a number"},
+       }) {
+    const json answer = after_create(it.line);
+    EXPECT_EQ(answer["error"]["code"], "invalid_argument") << it.line;
+    EXPECT_EQ(answer["error"]["field"], it.field) << it.line;
+    EXPECT_EQ(answer["error"]["message"], it.message) << it.line;
+  }
+}
+
+TEST(Script, AMemberTwiceInOneObjectIsRefusedByName) {
+  const auto twice = [](const std::string& line, const std::string& name, const std::string& field) {
+    const json answer = after_create(line);
+    EXPECT_EQ(answer["error"]["message"], "found \"" + name + "\" twice") << answer;
+    EXPECT_EQ(answer["error"]["field"], field);
+  };
+  twice(R"({"createDualShape": {"id": "a", "id": "b"}})", "id", "create_dual_shape.id");
+  twice(R"({"undo": {}, "undo": {}})", "undo", "");
+  twice(R"({"addPoints": {"entity": "top", "points": [{}, {"position": {"x": 1, "y": 2, "x": 3}}]}})", "x",
+        "add_points.points[1].position.x");
+  twice(R"({"addPoints": {"minSpacingM": 1, "min_spacing_m": 2}})", "min_spacing_m",
+        "add_points.min_spacing_m");
+  // The same name in different objects is fine.
+  EXPECT_TRUE(run(R"({"createDualShape": {"id": "a"}})"
+                  "\n"
+                  R"({"setSymmetry": {"entity": "a", "plane": {"origin": {"x": 0}, "normal": {"x": 1}}}})")
+                  .summary.ok());
+}
+
+TEST(Script, AByteOrderMarkAtTheBeginningIsSkipped) {
+  EXPECT_TRUE(run("\xef\xbb\xbf" + create).summary.ok());
+  EXPECT_TRUE(run("\xef\xbb\xbf# made by an editor\n" + create).summary.ok());
+  EXPECT_EQ(run("\xef\xbb\xbf").summary.lines_run, 0U);
+  EXPECT_FALSE(run(create + "\n\xef\xbb\xbf" + create).summary.ok());  // it begins files, not lines
+}
+
 TEST(Script, ALineThatIsTooLongFailsAndTheNextIsRead) {
   ScriptOptions options;
   options.max_line_bytes = 64;
