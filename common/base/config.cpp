@@ -228,6 +228,20 @@ struct Describe {
   }
 };
 
+// CLI11 writes a negated flag as "--no-video{false}", which is its own notation.
+class HelpFormatter final : public CLI::Formatter {
+ public:
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    const std::string name = CLI::Formatter::make_option_name(option, is_positional);
+    constexpr std::string_view negated = "{false}";
+    if (!name.ends_with(negated)) return name;
+    std::string plain;
+    for (const char c : name.substr(0, name.size() - negated.size()))
+      plain += c == ',' ? ", " : std::string(1, c);
+    return plain;
+  }
+};
+
 }  // namespace
 
 struct OptionTable::Implementation {
@@ -259,6 +273,7 @@ struct OptionTable::Implementation {
   }
 
   void declare(CLI::App& app) {
+    app.formatter(std::make_shared<HelpFormatter>());
     app.set_help_flag("-h,--help", "Print this help and end");
     app.add_flag("--version", wants_version, "Print the version and end");
     app.add_option("--config", config_file, "Read options from this TOML file; flags win over it")
@@ -271,9 +286,11 @@ struct OptionTable::Implementation {
     for (const auto& owned : options) {
       Option* option = owned.get();
       if (std::holds_alternative<bool*>(option->target)) {
+        const std::string preset = *std::get<bool*>(option->target) ? "on" : "off";
+        const std::string negation = "--no-" + option->flag.substr(2);
         app.add_flag_function(
-            option->flag + ",!--no-" + option->flag.substr(2),
-            [option](std::int64_t count) { option->given_flag = count > 0; }, option->help);
+            option->flag + ",!" + negation, [option](std::int64_t count) { option->given_flag = count > 0; },
+            fmt::format("{} (default: {})", option->help, preset));
         continue;
       }
       const auto [type, preset] = std::visit(Describe{*option}, option->target);

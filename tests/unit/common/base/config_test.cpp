@@ -13,8 +13,10 @@
 namespace handloft {
 namespace {
 
+using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 struct Options {
   std::string listen = "unix:/default";
@@ -191,6 +193,9 @@ TEST(Config, HelpNamesEveryOptionWithItsDefault) {
     EXPECT_THAT(outcome->text, HasSubstr(text));
   }
   EXPECT_EQ(outcome->text, table.help());
+  EXPECT_THAT(outcome->text, ContainsRegex("--video, --no-video +Offer video \\(default: on\\)"));
+  EXPECT_THAT(outcome->text, ContainsRegex("--loud, --no-loud +Say more \\(default: off\\)"));
+  EXPECT_THAT(outcome->text, Not(HasSubstr("{false}")));
 }
 
 TEST(Config, VersionIsShownEvenWhenAPositionalIsMissing) {
