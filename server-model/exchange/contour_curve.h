@@ -3,10 +3,10 @@
 // same parameter: the boundary that a trimmed CAD face needs (A26). Pieces are cubic Hermite segments with
 // exact points and tangents, split until both curves are within tolerance. Not for others than step_writer.
 //
-// Below the exponent 1 the contour is a star whose four tips are cusps of no width: at 0.2 more than a third
-// of an arm is thinner than a micrometre hair, and its two sides coincide within any CAD system's tolerance.
-// An arm therefore ends where it gets thinner than `min_tip_width_m`, in a straight edge across. What is left
-// of the contour is unchanged; what is left out is nowhere wider than that.
+// Below the exponent 1 the contour is a star whose four tips are cusps of no width: at 0.2 the outer third of
+// a hand-sized arm is thinner than 10 micrometres, and towards its end both sides coincide within any CAD
+// system's tolerance. An arm therefore ends where it gets thinner than `min_tip_width_m`, in a straight edge
+// across. What is left of the contour is unchanged; what is left out is nowhere wider than that.
 
 #include <vector>
 
