@@ -104,9 +104,9 @@ TEST(Delivery, APausedPeerWaitsAndTheOthersDoNot) {
   std::mutex mutex;
   std::vector<std::string> seen;
   Server server({.on_message = [&](const ConnectionPtr& connection, const v1::Envelope& message) -> Status {
+    if (message.presence().name().starts_with("pause")) connection->pause_reading();
     const std::lock_guard lock(mutex);
     seen.push_back(message.presence().name());
-    if (message.presence().name().starts_with("pause")) connection->pause_reading();
     return {};
   }});
   const auto what_came = [&] {
@@ -116,16 +116,16 @@ TEST(Delivery, APausedPeerWaitsAndTheOthersDoNot) {
   SyncClient paused = server.connect("paused");
   SyncClient other = server.connect("other");
   for (const char* name : {"pause 1", "pause 2", "last"}) ASSERT_TRUE(paused.send(presence(name)).ok());
-  server.wait_for_messages(1);
+  server.wait_until([&] { return what_came().size() == 1; });
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(other.send(presence("other")).ok());
-  server.wait_for_messages(101);
+  server.wait_until([&] { return what_came().size() == 101; });
   EXPECT_THAT(what_came(), testing::Not(testing::Contains("pause 2")));
   const ConnectionPtr connection = server.connection(paused.welcome().client_id());
   connection->resume_reading();
-  server.wait_for_messages(102);
+  server.wait_until([&] { return what_came().size() == 102; });
   EXPECT_EQ(what_came().back(), "pause 2");
   connection->resume_reading();
-  server.wait_for_messages(103);
+  server.wait_until([&] { return what_came().size() == 103; });
   EXPECT_EQ(what_came().back(), "last");
   connection->resume_reading();  // of nothing
 }
