@@ -180,8 +180,8 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
         done(std::move(outcome));
       });
     });
-  } else if (operation.has_import_strokes() && (!operation.import_strokes().path().empty() ||
-                                                operation.import_strokes().resolved().empty())) {
+  } else if (operation.has_import_strokes() &&
+             (!operation.import_strokes().path().empty() || operation.import_strokes().resolved().empty())) {
     in_pool(
         [this, apply, operation = std::move(operation), files = std::move(files), done = std::move(done)] {
           auto resolved = model::resolve_operation(operation, files, model_.limits());

@@ -186,6 +186,7 @@ void Server::Implementation::on_closed(const net::ConnectionPtr& connection, con
   const auto* held = std::any_cast<PeerPtr>(&connection->user_data);
   if (held == nullptr) return;
   const PeerPtr peer = *held;
+  connection->user_data.reset();  // The two hold each other.
   {
     const std::lock_guard lock(peers_mutex);
     peers.erase(peer->id);
