@@ -145,10 +145,19 @@ void Server::Implementation::send_presence(const v1::Presence& presence, const s
   }
 }
 
+namespace {
+
+PeerPtr peer_of(const net::ConnectionPtr& connection) {
+  const auto* held = std::any_cast<std::weak_ptr<Peer>>(&connection->user_data);
+  return held == nullptr ? nullptr : held->lock();
+}
+
+}  // namespace
+
 Status Server::Implementation::on_join(const net::ConnectionPtr& connection, std::uint64_t id,
                                        net::Endpoint::Kind kind) {
   auto peer = std::make_shared<Peer>(connection, id, kind, options);
-  connection->user_data = peer;
+  connection->user_data = std::weak_ptr<Peer>(peer);  // `peers` holds it: the two must not hold each other
   log.info("{} \"{}\" connected as {}", connection->peer().program, connection->peer().name, id);
   const std::lock_guard lock(peers_mutex);
   peers.emplace(id, std::move(peer));
@@ -158,9 +167,8 @@ Status Server::Implementation::on_join(const net::ConnectionPtr& connection, std
 
 Status Server::Implementation::on_message(const net::ConnectionPtr& connection,
                                           const v1::Envelope& envelope) {
-  const auto* held = std::any_cast<PeerPtr>(&connection->user_data);
-  if (held == nullptr) return make_error(ErrorCode::internal, "a message of nobody");
-  const PeerPtr peer = *held;
+  const PeerPtr peer = peer_of(connection);
+  if (!peer) return make_error(ErrorCode::internal, "a message of nobody");
   switch (envelope.body_case()) {
     case v1::Envelope::kJoin:
       return join(peer, envelope.join());
@@ -183,10 +191,8 @@ Status Server::Implementation::on_message(const net::ConnectionPtr& connection,
 }
 
 void Server::Implementation::on_closed(const net::ConnectionPtr& connection, const std::string& reason) {
-  const auto* held = std::any_cast<PeerPtr>(&connection->user_data);
-  if (held == nullptr) return;
-  const PeerPtr peer = *held;
-  connection->user_data.reset();  // The two hold each other.
+  const PeerPtr peer = peer_of(connection);
+  if (!peer) return;
   {
     const std::lock_guard lock(peers_mutex);
     peers.erase(peer->id);
@@ -208,14 +214,13 @@ void Server::Implementation::on_closed(const net::ConnectionPtr& connection, con
 }
 
 net::OverflowAction Server::Implementation::on_overflow(const net::ConnectionPtr& connection) {
-  const auto* held = std::any_cast<PeerPtr>(&connection->user_data);
-  if (held == nullptr) return net::OverflowAction::close;
-  const std::lock_guard lock((*held)->mutex);
-  if (!(*held)->joined) return net::OverflowAction::close;
-  log.warning("\"{}\" ({}) reads too slowly: begins anew with a snapshot", connection->peer().name,
-              (*held)->id);
-  (*held)->viewer.reset();
-  (*held)->has = nullptr;
+  const PeerPtr peer = peer_of(connection);
+  if (!peer) return net::OverflowAction::close;
+  const std::lock_guard lock(peer->mutex);
+  if (!peer->joined) return net::OverflowAction::close;
+  log.warning("\"{}\" ({}) reads too slowly: begins anew with a snapshot", connection->peer().name, peer->id);
+  peer->viewer.reset();
+  peer->has = nullptr;
   return net::OverflowAction::reseed;
 }
 
