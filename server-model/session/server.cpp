@@ -373,10 +373,10 @@ Server::~Server() {
   stop();
 }
 
-Result<std::unique_ptr<Server>> Server::start(boost::asio::any_io_executor executor,
+Result<std::unique_ptr<Server>> Server::start(const boost::asio::any_io_executor& executor,
                                               const std::vector<net::Endpoint>& endpoints,
                                               model::Model initial, ServerOptions options, const Clock& clock,
-                                              Logger log, std::function<void()> on_end_of_recording) {
+                                              const Logger& log, std::function<void()> on_end_of_recording) {
   if (endpoints.empty()) return make_error(ErrorCode::invalid_argument, "found no endpoint", "listen");
   options.net.roles = {v1::ROLE_VIEWER, v1::ROLE_EDITOR};
   auto implementation = std::make_shared<Implementation>(std::move(options), clock, log);

@@ -39,10 +39,10 @@ class Server {
   /// Listens on all endpoints and starts the model's thread. `executor` must run until stop() and the closing
   /// of connections are over; `clock` must outlive the server. `on_end_of_recording` comes from the model's
   /// thread.
-  static Result<std::unique_ptr<Server>> start(boost::asio::any_io_executor executor,
+  static Result<std::unique_ptr<Server>> start(const boost::asio::any_io_executor& executor,
                                                const std::vector<net::Endpoint>& endpoints,
                                                model::Model initial, ServerOptions options,
-                                               const Clock& clock, Logger log,
+                                               const Clock& clock, const Logger& log,
                                                std::function<void()> on_end_of_recording = {});
   ~Server();
   Server(const Server&) = delete;
