@@ -75,6 +75,18 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
       return not_for_a_document("undo and redo belong to a model's history");
     case v1::Operation::kExport:
       return not_for_a_document("an export changes no document");
+    case v1::Operation::kPushPoints:
+    case v1::Operation::kModifyProfile:
+    case v1::Operation::kSetBoundary:
+    case v1::Operation::kDeletePoints:
+    case v1::Operation::kMovePoints:
+    case v1::Operation::kTransform:
+    case v1::Operation::kDuplicate:
+    case v1::Operation::kImportReference:
+    case v1::Operation::kNewAlternative:
+    case v1::Operation::kSwitchAlternative:
+    case v1::Operation::kRestoreAlternative:
+    case v1::Operation::kDeleteAlternative:
     case v1::Operation::BODY_NOT_SET:
       break;
   }

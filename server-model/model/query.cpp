@@ -188,6 +188,10 @@ Result<v1::QueryResult> answer(const v1::Query& query, const Document& document,
     }
     case v1::Query::kHistory:
       return history_of(history);
+    case v1::Query::kAlternatives:
+    case v1::Query::kCompare:
+    case v1::Query::kDistance:
+    case v1::Query::kPick:
     case v1::Query::BODY_NOT_SET:
       break;
   }
