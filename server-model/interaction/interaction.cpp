@@ -217,7 +217,7 @@ v1::Operation Interaction::new_stroke() const {
   v1::AddPoints& add = *operation.mutable_add_points();
   add.set_min_spacing_m(options_.min_spacing_m);
   add.set_entity(active_shape());
-  const model::EntityPtr shape = model_.document().find(add.entity());
+  const model::DualPtr shape = model_.document().find_dual(add.entity());
   if (!shape) {
     add.mutable_create()->set_degree(options_.new_degree);
     if (symmetry_ != StrokeSymmetry::off)
@@ -317,14 +317,14 @@ bool Interaction::submit_fit(FrameOutcome& outcome) {
 }
 
 bool Interaction::toggle_representation(FrameOutcome& outcome) {
-  const model::EntityPtr shape = model_.document().find(active_shape());
+  const model::DualPtr shape = model_.document().find_dual(active_shape());
   const bool points_only = !shape || shape->representation == model::Representation::points;
   return show(points_only ? model::Representation::surface : model::Representation::points, outcome);
 }
 
 bool Interaction::show(model::Representation representation, FrameOutcome& outcome) {
   const std::string entity = active_shape();
-  const model::EntityPtr shape = model_.document().find(entity);
+  const model::DualPtr shape = model_.document().find_dual(entity);
   if (shape && shape->representation == representation) return true;
   v1::Operation operation;
   operation.mutable_set_representation()->set_entity(entity);

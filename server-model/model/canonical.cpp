@@ -9,6 +9,8 @@
 #include <memory>
 #include <string_view>
 
+#include "server-model/model/reference_shape.h"
+
 namespace handloft::model {
 
 namespace {
@@ -103,13 +105,35 @@ void write_shape(Writer& out, const DualShape& shape) {
   out.u8(static_cast<std::uint8_t>(shape.representation));
 }
 
+void write_reference(Writer& out, const ReferenceShape& reference) {
+  out.text("reference");
+  out.text(reference.id);
+  out.text(reference.name);
+  out.u64(reference.mesh->positions.size());
+  for (const auto& position : reference.mesh->positions) {
+    for (const float coordinate : position) out.u32(std::bit_cast<std::uint32_t>(coordinate));
+  }
+  out.u64(reference.mesh->triangles.size());
+  for (const auto& triangle : reference.mesh->triangles) {
+    for (const std::uint32_t index : triangle) out.u32(index);
+  }
+}
+
+void write_entity(Writer& out, const EntityPtr& entity) {
+  if (const DualPtr shape = as_dual(entity)) {
+    write_shape(out, *shape);
+  } else if (const ReferencePtr reference = as_reference(entity)) {
+    write_reference(out, *reference);
+  }
+}
+
 void write_document(const Document& document, Writer::Sink sink) {
   constexpr std::uint32_t version = 1;
   Writer out(std::move(sink));
   out.text("handloft document");
   out.u32(version);
   out.u64(document.entities.size());
-  for (const auto& [id, entity] : document.entities) write_shape(out, *entity);
+  for (const auto& [id, entity] : document.entities) write_entity(out, entity);
   out.u64(document.used_ids->size());
   for (const std::string& id : *document.used_ids) out.text(id);
   out.u64(document.next_shape);

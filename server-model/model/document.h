@@ -13,6 +13,7 @@
 
 #include "common/base/result.h"
 #include "proto/operation.pb.h"
+#include "server-model/model/dual_shape.h"
 #include "server-model/model/entity.h"
 #include "server-model/model/limits.h"
 
@@ -29,6 +30,8 @@ struct Document {
 
   /// Null when there is none of that id.
   EntityPtr find(std::string_view id) const;
+  /// Null when there is none of that id, or it is not a dual shape.
+  DualPtr find_dual(std::string_view id) const { return as_dual(find(id)); }
 };
 
 /// What differs between two documents, by identity of the entities: ids in ascending order.

@@ -2,23 +2,14 @@
 
 namespace handloft::model {
 
-Result<geometry::Superellipse> DualShape::superellipse() const {
-  if (!fit) {
-    return make_error(ErrorCode::failed_precondition, "\"" + id + "\" is not fitted yet", "entity");
+std::string_view to_string(EntityKind kind) {
+  switch (kind) {
+    case EntityKind::dual_shape:
+      return "dual_shape";
+    case EntityKind::reference:
+      return "reference";
   }
-  return geometry::Superellipse::create(fit->box, superellipse_exponent);
-}
-
-std::string_view to_string(SymmetryMode mode) {
-  switch (mode) {
-    case SymmetryMode::off:
-      return "off";
-    case SymmetryMode::same_shape:
-      return "same_shape";
-    case SymmetryMode::partner:
-      return "partner";
-  }
-  return "off";
+  return "dual_shape";
 }
 
 }  // namespace handloft::model

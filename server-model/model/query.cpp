@@ -42,7 +42,7 @@ Error not_fitted(const DualShape& shape, std::string field) {
 }
 
 Result<v1::QueryResult> surface(const v1::SurfaceQuery& query, const Document& document) {
-  auto found = require_entity(document, query.entity(), "surface.entity");
+  auto found = require_dual(document, query.entity(), "surface.entity");
   if (!found) return found.error();
   const DualShape& shape = **found;
   if (!shape.fit) return not_fitted(shape, "surface.entity");
@@ -73,7 +73,7 @@ Result<v1::QueryResult> surface(const v1::SurfaceQuery& query, const Document& d
 
 Result<v1::QueryResult> evaluate(const v1::EvaluateQuery& query, const Document& document,
                                  const Limits& limits) {
-  auto found = require_entity(document, query.entity(), "evaluate.entity");
+  auto found = require_dual(document, query.entity(), "evaluate.entity");
   if (!found) return found.error();
   const DualShape& shape = **found;
   if (!shape.fit) return not_fitted(shape, "evaluate.entity");
@@ -112,7 +112,7 @@ Result<v1::QueryResult> evaluate(const v1::EvaluateQuery& query, const Document&
 }
 
 Result<v1::QueryResult> points(const v1::PointsQuery& query, const Document& document, const Limits& limits) {
-  auto found = require_entity(document, query.entity(), "points.entity");
+  auto found = require_dual(document, query.entity(), "points.entity");
   if (!found) return found.error();
   const DualShape& shape = **found;
   if (shape.points.size() > limits.max_points_per_query) {
@@ -140,12 +140,14 @@ Result<v1::QueryResult> points(const v1::PointsQuery& query, const Document& doc
 v1::QueryResult entities(const Document& document, const RevisionOf& revision) {
   v1::QueryResult result;
   v1::EntitiesResult& out = *result.mutable_entities();
-  for (const auto& [id, shape] : document.entities) {
+  for (const auto& [id, entity] : document.entities) {
     v1::EntityInfo& info = *out.add_entities();
     info.set_id(id);
-    info.set_name(shape->name);
-    info.set_kind("dual_shape");
+    info.set_name(entity->name);
+    info.set_kind(std::string(to_string(entity->kind())));
     info.set_revision(revision ? revision(id) : 0);
+    const DualPtr shape = as_dual(entity);
+    if (!shape) continue;
     info.set_representation(to_proto(shape->representation));
     info.set_point_count(static_cast<std::uint32_t>(shape->points.size()));
     info.set_fitted(shape->fitted());

@@ -107,6 +107,19 @@ Result<EntityPtr> require_entity(const Document& document, std::string_view id, 
   return entity;
 }
 
+Result<DualPtr> require_dual(const Document& document, std::string_view id, std::string_view field) {
+  auto entity = require_entity(document, id, field);
+  if (!entity) return entity.error();
+  DualPtr shape = as_dual(*entity);
+  if (!shape) {
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found \"{}\", a {}, expected a dual shape", id, to_string((*entity)->kind())),
+        std::string(field));
+  }
+  return shape;
+}
+
 Result<DualPoint> read_point(const handloft::v1::Point& point, const std::string& field,
                              const Limits& limits) {
   DualPoint result;

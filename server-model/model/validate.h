@@ -25,6 +25,8 @@ Status check_degree(std::uint32_t degree, std::string_view field, const Limits& 
 
 /// The entity; not_found names the field and the id.
 Result<EntityPtr> require_entity(const Document& document, std::string_view id, std::string_view field);
+/// The entity, which must be a dual shape; invalid_argument when it is of another kind.
+Result<DualPtr> require_dual(const Document& document, std::string_view id, std::string_view field);
 
 /// The point with stroke and partner open. `field` is its path, "add_points.points[3]".
 Result<DualPoint> read_point(const handloft::v1::Point& point, const std::string& field,

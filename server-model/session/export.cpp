@@ -43,11 +43,11 @@ Result<v1::Export::Format> format_of(const v1::Export& request) {
                     "export.path");
 }
 
-Result<std::vector<EntityPtr>> chosen(const Document& document, const v1::Export& request) {
+Result<std::vector<DualPtr>> chosen(const Document& document, const v1::Export& request) {
   std::set<std::string> ids;
   for (int i = 0; i < request.entities_size(); ++i) {
     const std::string field = fmt::format("export.entities[{}]", i);
-    auto entity = require_entity(document, request.entities(i), field);
+    auto entity = require_dual(document, request.entities(i), field);
     if (!entity) return entity.error();
     if (!(*entity)->fitted()) {
       return make_error(ErrorCode::failed_precondition,
@@ -55,9 +55,10 @@ Result<std::vector<EntityPtr>> chosen(const Document& document, const v1::Export
     }
     ids.insert((*entity)->id);
   }
-  std::vector<EntityPtr> entities;
+  std::vector<DualPtr> entities;
   for (const auto& [id, entity] : document.entities) {
-    if (request.entities().empty() ? entity->fitted() : ids.contains(id)) entities.push_back(entity);
+    const DualPtr shape = as_dual(entity);
+    if (shape && (request.entities().empty() ? shape->fitted() : ids.contains(id))) entities.push_back(shape);
   }
   if (entities.empty()) {
     return make_error(ErrorCode::failed_precondition, "no shape is fitted yet, so there is nothing to export",
@@ -138,7 +139,7 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
   std::vector<exchange::MeshExport> meshes;
   std::vector<exchange::PointCloudExport> clouds;
   std::vector<std::string> cloud_ids;
-  for (const EntityPtr& entity : *entities) {
+  for (const DualPtr& entity : *entities) {
     exported.entities.push_back(entity->id);
     if (entity->stale) {
       exported.notes.push_back(

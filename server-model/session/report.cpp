@@ -39,7 +39,12 @@ std::string report_json(const SessionFigures& figures) {
   const ActorState& state = figures.state;
   Json entities = Json::array();
   std::size_t points = 0;
-  for (const auto& [id, shape] : state.document.entities) {
+  for (const auto& [id, entity] : state.document.entities) {
+    const model::DualPtr shape = model::as_dual(entity);
+    if (!shape) {
+      entities.push_back({{"id", id}, {"name", entity->name}, {"kind", model::to_string(entity->kind())}});
+      continue;
+    }
     entities.push_back(entity_json(*shape));
     points += shape->points.size();
   }

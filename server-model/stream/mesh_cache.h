@@ -12,7 +12,7 @@
 #include "common/codec/mesh_codec.h"
 #include "proto/scene.pb.h"
 #include "server-model/geometry/tessellate.h"
-#include "server-model/model/entity.h"
+#include "server-model/model/dual_shape.h"
 
 namespace handloft::stream {
 

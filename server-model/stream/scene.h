@@ -9,16 +9,16 @@
 #include <string>
 
 #include "proto/scene.pb.h"
-#include "server-model/model/entity.h"
+#include "server-model/model/dual_shape.h"
 
 namespace handloft::stream {
 
 struct SceneEntity {
-  model::EntityPtr shape;  ///< Never null.
+  model::EntityPtr entity;  ///< Never null.
   std::uint64_t revision = 0;
   bool provisional = false;
   bool selected = false;
-  /// Packed triangles of shape->fit; null: not fitted, or not yet tessellated.
+  /// Packed triangles of a dual shape's fit; null: not fitted, or not yet tessellated.
   std::shared_ptr<const v1::Mesh> surface;
 
   bool operator==(const SceneEntity&) const = default;  ///< By identity of what is shared.

@@ -20,13 +20,13 @@ ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selecte
   scene->history = history_state(model.history());
   meshes_.begin_round();
   const auto add = [&](const model::Document& document) {
-    for (const auto& [id, shape] : document.entities) {
-      SceneEntity& entity = scene->entities[id];
-      entity.shape = shape;
-      entity.revision = model.revision(id);
-      entity.provisional = model.is_provisional(id);
-      entity.selected = id == selected;
-      entity.surface = meshes_.find(*shape);
+    for (const auto& [id, entity] : document.entities) {
+      SceneEntity& seen = scene->entities[id];
+      seen.entity = entity;
+      seen.revision = model.revision(id);
+      seen.provisional = model.is_provisional(id);
+      seen.selected = id == selected;
+      if (const model::DualPtr shape = model::as_dual(entity)) seen.surface = meshes_.find(*shape);
     }
   };
   if (model.has_provisional()) {

@@ -99,25 +99,33 @@ void Viewer::reset() {
 
 bool Viewer::is_current(const Held& held, const SceneEntity& entity) const {
   const bool surface_current = !entity.surface || held.surface == entity.surface;
-  return surface_current && held.points == entity.shape->points.size() && held.entity.shape == entity.shape &&
+  const model::DualPtr shape = model::as_dual(entity.entity);
+  const std::size_t points = shape ? shape->points.size() : 0;
+  return surface_current && held.points == points && held.entity.entity == entity.entity &&
          held.entity.revision == entity.revision && held.entity.provisional == entity.provisional &&
          held.entity.selected == entity.selected;
 }
 
 void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity,
                     v1::EntityState& state) const {
-  const model::DualShape& shape = *entity.shape;
   state.set_id(id);
+  state.set_kind(std::string(model::to_string(entity.entity->kind())));
   state.set_revision(entity.revision);
-  state.set_name(shape.name);
-  state.set_representation(to_proto(shape.representation));
+  state.set_name(entity.entity->name);
   state.set_provisional(entity.provisional);
   state.set_selected(entity.selected);
+  if (const model::DualPtr shape = model::as_dual(entity.entity)) update_dual(held, *shape, entity, state);
+  held.entity = entity;
+}
+
+void Viewer::update_dual(Held& held, const model::DualShape& shape, const SceneEntity& entity,
+                         v1::EntityState& state) const {
+  state.set_representation(to_proto(shape.representation));
   state.set_surface_shown(shape.fitted());
   if (shape.fit) state.set_residual_rms_m(shape.fit->statistics.rms);
 
-  const std::size_t common =
-      held.entity.shape ? std::min(held.points, common_prefix(held.entity.shape->points, shape.points)) : 0;
+  const model::DualPtr before = model::as_dual(held.entity.entity);
+  const std::size_t common = before ? std::min(held.points, common_prefix(before->points, shape.points)) : 0;
   const std::size_t end = std::min(shape.points.size(), common + limits_.max_points_per_message);
   if (common != held.points || end != common) {
     auto packed = pack_points(shape.points, common, end);
@@ -131,7 +139,6 @@ void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity
     *state.mutable_surface() = *entity.surface;
     held.surface = entity.surface;
   }
-  held.entity = entity;
 }
 
 std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
@@ -141,7 +148,7 @@ std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
     for (const auto& [id, entity] : scene.entities) {
       if (bytes >= limits_.max_message_bytes) return;  // the rest follows
       Held& held = held_[id];
-      if (held.entity.shape && is_current(held, entity)) continue;
+      if (held.entity.entity && is_current(held, entity)) continue;
       v1::EntityState& state = *list.Add();
       update(held, id, entity, state);
       bytes += entity_overhead_bytes + state.points().positions().size() + state.points().styles().size() +

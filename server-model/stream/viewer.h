@@ -43,11 +43,13 @@ class Viewer {
  private:
   struct Held {
     SceneEntity entity;
-    std::size_t points = 0;  ///< Of entity.shape's, from the first: large clouds go in pieces.
+    std::size_t points = 0;  ///< Of a dual shape's, from the first: large clouds go in pieces.
     std::shared_ptr<const v1::Mesh> surface;
   };
   bool is_current(const Held& held, const SceneEntity& entity) const;
   void update(Held& held, const std::string& id, const SceneEntity& entity, v1::EntityState& state) const;
+  void update_dual(Held& held, const model::DualShape& shape, const SceneEntity& entity,
+                   v1::EntityState& state) const;
 
   ViewerLimits limits_;
   bool begun_ = false;

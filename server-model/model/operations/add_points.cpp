@@ -86,14 +86,14 @@ DualShape make_partner(const Document& document, const DualShape& shape, const L
 
 }  // namespace
 
-EntityPtr linked_partner(const Document& document, const DualShape& shape) {
-  return shape.partner.empty() ? nullptr : document.find(shape.partner);
+DualPtr linked_partner(const Document& document, const DualShape& shape) {
+  return shape.partner.empty() ? nullptr : document.find_dual(shape.partner);
 }
 
 Result<Document> extend_stroke(const Document& document, std::string_view entity, std::uint32_t stroke,
                                const std::vector<DualPoint>& points, double min_spacing_m,
                                const Limits& limits) {
-  auto found = require_entity(document, entity, "entity");
+  auto found = require_dual(document, entity, "entity");
   if (!found) return found.error();
   DualShape shape = **found;
   if (stroke == 0 || stroke > shape.stroke_count + 1) {
@@ -130,7 +130,7 @@ Result<Document> extend_stroke(const Document& document, std::string_view entity
     }
     shape.points.append(pairs);
   } else if (shape.symmetry == SymmetryMode::partner) {
-    const EntityPtr linked = linked_partner(document, shape);
+    const DualPtr linked = linked_partner(document, shape);
     DualShape partner = linked ? *linked : make_partner(document, shape, limits);
     if (!linked) {
       shape.partner = partner.id;
@@ -226,7 +226,7 @@ Result<Outcome> add_points(const Document& document, const handloft::v1::AddPoin
   auto& effective = *outcome.effective.mutable_add_points();
   effective = request;
   if (auto status = prepare_shape(outcome, context); !status) return in_request(status.error());
-  auto found = require_entity(outcome.document, effective.entity(), "entity");
+  auto found = require_dual(outcome.document, effective.entity(), "entity");
   if (!found) return in_request(found.error());
   if (effective.stroke() == 0) effective.set_stroke((*found)->stroke_count + 1);
   auto extended = extend_stroke(outcome.document, effective.entity(), effective.stroke(), *points, spacing,

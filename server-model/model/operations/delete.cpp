@@ -11,11 +11,13 @@ Result<Outcome> delete_entity(const Document& document, const handloft::v1::Dele
   if (!found) return found.error();
   Outcome outcome;
   outcome.document = document;
-  DualShape shape = **found;
-  release_symmetry(outcome.document, shape);  // The partner stays, on its own.
-  outcome.document.entities.erase(shape.id);
+  if (const DualPtr dual = as_dual(*found)) {
+    DualShape shape = *dual;
+    release_symmetry(outcome.document, shape);  // The partner stays, on its own.
+  }
+  outcome.document.entities.erase((*found)->id);
   *outcome.effective.mutable_delete_() = request;
-  outcome.words = fmt::format("Delete \"{}\"", shape.name);
+  outcome.words = fmt::format("Delete \"{}\"", (*found)->name);
   return outcome;
 }
 

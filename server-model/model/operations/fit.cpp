@@ -117,7 +117,7 @@ Result<Outcome> fit_entity(const Document& document, const DualShape& before, st
   DualShape shape = before;
   take(shape, *fitted, degree);
   note(shape, outcome.notes);
-  if (const EntityPtr linked = linked_partner(document, shape)) {
+  if (const DualPtr linked = linked_partner(document, shape)) {
     DualShape partner = *linked;
     // All points of both came in pairs: the one is the mirror image of the other, and so are the surfaces.
     const bool images =
@@ -143,7 +143,7 @@ Result<Outcome> fit_entity(const Document& document, const DualShape& before, st
 }  // namespace
 
 Result<Outcome> fit(const Document& document, const handloft::v1::Fit& request, const ApplyContext& context) {
-  auto found = require_entity(document, request.entity(), "fit.entity");
+  auto found = require_dual(document, request.entity(), "fit.entity");
   if (!found) return found.error();
   if (auto status = check_degree(request.degree(), "fit.degree", context.limits); !status)
     return status.error();
@@ -176,7 +176,7 @@ Result<Outcome> fit(const Document& document, const handloft::v1::Fit& request, 
 
 Result<Outcome> refit_plane(const Document& document, const handloft::v1::RefitPlane& request,
                             const ApplyContext&) {
-  auto found = require_entity(document, request.entity(), "refit_plane.entity");
+  auto found = require_dual(document, request.entity(), "refit_plane.entity");
   if (!found) return found.error();
   const DualShape& shape = **found;
   auto outcome =

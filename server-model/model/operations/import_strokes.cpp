@@ -7,7 +7,7 @@ namespace handloft::model {
 
 Result<Outcome> import_strokes(const Document& document, const handloft::v1::ImportStrokes& request,
                                const ApplyContext& context) {
-  auto found = require_entity(document, request.entity(), "import_strokes.entity");
+  auto found = require_dual(document, request.entity(), "import_strokes.entity");
   if (!found) return found.error();
   if (request.resolved().empty()) {
     return make_error(ErrorCode::failed_precondition, "the strokes have not been read from their file",
@@ -26,7 +26,7 @@ Result<Outcome> import_strokes(const Document& document, const handloft::v1::Imp
           ErrorCode::resource_exhausted,
           fmt::format("found more than {} points in all", context.limits.max_points_per_operation), field);
     }
-    const std::uint32_t stroke = outcome.document.find(request.entity())->stroke_count + 1;
+    const std::uint32_t stroke = outcome.document.find_dual(request.entity())->stroke_count + 1;
     auto extended = extend_stroke(outcome.document, request.entity(), stroke, *points, 0.0, context.limits);
     if (!extended) {
       Error error = extended.error();

@@ -57,7 +57,7 @@ Result<Document> extend_stroke(const Document& document, std::string_view entity
                                const Limits& limits);
 
 /// The linked partner of a shape, null when there is none (yet).
-EntityPtr linked_partner(const Document& document, const DualShape& shape);
+DualPtr linked_partner(const Document& document, const DualShape& shape);
 
 /// Ends the shape's mirroring: its points and its partner stay as they are (A12).
 void release_symmetry(Document& document, DualShape& shape);

@@ -18,9 +18,9 @@ Result<Outcome> rename(const Document& document, const handloft::v1::Rename& req
   *outcome.effective.mutable_rename() = request;
   outcome.words = fmt::format("Rename \"{}\" to \"{}\"", (*found)->name, request.name());
   if ((*found)->name != request.name()) {
-    DualShape shape = **found;
-    shape.name = request.name();
-    put(outcome.document, std::move(shape));
+    const std::shared_ptr<Entity> renamed = (*found)->clone();
+    renamed->name = request.name();
+    outcome.document.entities.insert_or_assign(renamed->id, renamed);
   }
   return outcome;
 }

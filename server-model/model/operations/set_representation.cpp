@@ -39,9 +39,9 @@ Result<Representation> read_representation(handloft::v1::Representation represen
 }
 
 void show(Document& document, std::string_view entity, Representation representation) {
-  const EntityPtr shape = document.find(entity);
+  const DualPtr shape = document.find_dual(entity);
   if (!shape) return;
-  for (const EntityPtr& before : {shape, linked_partner(document, *shape)}) {
+  for (const DualPtr& before : {shape, linked_partner(document, *shape)}) {
     if (!before || before->representation == representation) continue;
     if (representation == Representation::surface && !before->fitted()) continue;
     DualShape changed = *before;
@@ -52,7 +52,7 @@ void show(Document& document, std::string_view entity, Representation representa
 
 Result<Outcome> set_representation(const Document& document, const handloft::v1::SetRepresentation& request,
                                    const ApplyContext&) {
-  auto found = require_entity(document, request.entity(), "set_representation.entity");
+  auto found = require_dual(document, request.entity(), "set_representation.entity");
   if (!found) return found.error();
   const auto representation =
       read_representation(request.representation(), "set_representation.representation");

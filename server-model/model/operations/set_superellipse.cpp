@@ -7,7 +7,7 @@ namespace handloft::model {
 
 Result<Outcome> set_superellipse(const Document& document, const handloft::v1::SetSuperellipse& request,
                                  const ApplyContext& context) {
-  auto found = require_entity(document, request.entity(), "set_superellipse.entity");
+  auto found = require_dual(document, request.entity(), "set_superellipse.entity");
   if (!found) return found.error();
   const double exponent = request.exponent();
   const Limits& limits = context.limits;
@@ -21,7 +21,7 @@ Result<Outcome> set_superellipse(const Document& document, const handloft::v1::S
   outcome.document = document;
   *outcome.effective.mutable_set_superellipse() = request;
   outcome.words = fmt::format("Trim \"{}\" with the exponent {:.3g}", (*found)->name, exponent);
-  for (const EntityPtr& before : {*found, linked_partner(document, **found)}) {  // Edits are mirrored (A12).
+  for (const DualPtr& before : {*found, linked_partner(document, **found)}) {  // Edits are mirrored (A12).
     if (!before || before->superellipse_exponent == exponent) continue;
     DualShape shape = *before;
     shape.superellipse_exponent = exponent;

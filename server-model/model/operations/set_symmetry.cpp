@@ -6,7 +6,7 @@
 namespace handloft::model {
 
 void release_symmetry(Document& document, DualShape& shape) {
-  if (const EntityPtr linked = linked_partner(document, shape)) {
+  if (const DualPtr linked = linked_partner(document, shape)) {
     DualShape partner = *linked;
     partner.symmetry = SymmetryMode::off;
     partner.partner.clear();
@@ -22,7 +22,7 @@ void release_symmetry(Document& document, DualShape& shape) {
 
 Result<Outcome> set_symmetry(const Document& document, const handloft::v1::SetSymmetry& request,
                              const ApplyContext& context) {
-  auto found = require_entity(document, request.entity(), "set_symmetry.entity");
+  auto found = require_dual(document, request.entity(), "set_symmetry.entity");
   if (!found) return found.error();
   DualShape shape = **found;
   SymmetryMode mode = SymmetryMode::off;

@@ -147,7 +147,7 @@ TEST_F(SessionTest, H3_an_operation_sent_twice_applies_once) {
   editor.submit(3, once);
   ASSERT_TRUE(editor.read_ack(3));
   EXPECT_EQ(editor.acks[2].sequence(), editor.acks[3].sequence());
-  EXPECT_EQ(server_->actor().state().document.find("top")->points.size(), 5U);
+  EXPECT_EQ(server_->actor().state().document.find_dual("top")->points.size(), 5U);
 }
 
 TEST_F(SessionTest, a_viewer_may_not_change_anything_and_a_subscriber_may_not_come_in) {
@@ -290,8 +290,8 @@ TEST_F(SessionTest, every_frame_of_a_recording_arrives_and_gaps_are_counted) {
   const ActorState state = server_->actor().state();
   EXPECT_EQ(state.tracking.frames, 299U);
   EXPECT_EQ(state.tracking.gaps, 1U);
-  EXPECT_EQ(state.document.find("shape-1")->points.size(), 294U);
-  EXPECT_EQ(state.document.find("shape-1")->stroke_count, 5U);
+  EXPECT_EQ(state.document.find_dual("shape-1")->points.size(), 294U);
+  EXPECT_EQ(state.document.find_dual("shape-1")->stroke_count, 5U);
   server_->stop();
   const std::string report = report_json({state, server_->clients_served(), server_->capture_to_delta()});
   EXPECT_THAT(report, HasSubstr("\"hash\": \"" + state.hash + "\""));

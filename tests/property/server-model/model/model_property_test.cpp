@@ -134,7 +134,9 @@ std::string hash(const Model& model) {
 }
 
 bool all_finite(const Document& document) {
-  for (const auto& [id, shape] : document.entities) {
+  for (const auto& [id, entity] : document.entities) {
+    const DualPtr shape = as_dual(entity);
+    if (!shape) continue;
     for (const DualPoint& point : shape->points) {
       if (!point.position().allFinite() || !(point.pressure >= 0 && point.pressure <= 1)) return false;
     }
@@ -220,10 +222,11 @@ TEST(ModelProperties, LinkedPartnersStayPartners) {
   EXPECT_TRUE(rc::check([&] {
     Model model;
     for (const auto& operation : any_operations()) (void)model.submit(operation).ok();
-    for (const auto& [id, shape] : model.document().entities) {
-      if (shape->partner.empty()) continue;
+    for (const auto& [id, entity] : model.document().entities) {
+      const DualPtr shape = as_dual(entity);
+      if (!shape || shape->partner.empty()) continue;
       ++links;
-      const EntityPtr partner = model.document().find(shape->partner);
+      const DualPtr partner = model.document().find_dual(shape->partner);
       RC_ASSERT(static_cast<bool>(partner));
       RC_ASSERT(partner->partner == id);
       RC_ASSERT(shape->symmetry == SymmetryMode::partner);

@@ -29,7 +29,7 @@ class InteractionTest : public ::testing::Test {
     }
     send(script_.resting());
   }
-  const model::DualShape& shape(const std::string& id) { return *model_.document().find(id); }
+  const model::DualShape& shape(const std::string& id) { return *model_.document().find_dual(id); }
 
   model::Model model_;
   Interaction interaction_{model_};

@@ -17,7 +17,7 @@ TEST(AddPoints, A1KeepsPositionPressureTimeAndStroke) {
   auto one = point(0.1, -0.2, 0.3, 512.0 / 1023.0);
   one.set_time_ns(42);
   const Document document = applied({}, {create("top"), add("top", {one}), add("top", {point(1, 2, 3, 0)})});
-  const EntityPtr shape = document.find("top");
+  const DualPtr shape = document.find_dual("top");
   ASSERT_EQ(shape->points.size(), 2U);
   EXPECT_EQ(shape->points[0].position(), geometry::Vec3(0.1, -0.2, 0.3));
   EXPECT_EQ(shape->points[0].pressure, 512.0 / 1023.0);
@@ -31,8 +31,8 @@ TEST(AddPoints, A1KeepsPositionPressureTimeAndStroke) {
 TEST(AddPoints, ContinuesAStrokeThatIsNamed) {
   const Document document = applied({}, {create("top"), add("top", {point(0, 0, 0)}),
                                          add("top", {point(1, 0, 0)}), add("top", {point(2, 0, 0)}, 1)});
-  EXPECT_EQ(document.find("top")->points[2].stroke, 1U);
-  EXPECT_EQ(document.find("top")->stroke_count, 2U);
+  EXPECT_EQ(document.find_dual("top")->points[2].stroke, 1U);
+  EXPECT_EQ(document.find_dual("top")->stroke_count, 2U);
 }
 
 TEST(AddPoints, TheLogKnowsTheStrokeThatWasChosen) {
@@ -50,7 +50,7 @@ TEST(AddPoints, A1ThinsByDistanceFromTheLastPointKept) {
   operation.mutable_add_points()->set_min_spacing_m(0.0025);
   // Kept: 0, 3, 6 and 9 mm.
   const Document document = applied({}, {create("top"), operation});
-  const EntityPtr shape = document.find("top");
+  const DualPtr shape = document.find_dual("top");
   ASSERT_EQ(shape->points.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(shape->points[i].x, 0.001 * 3 * static_cast<double>(i));
 }
@@ -76,8 +76,8 @@ TEST(AddPoints, A1ThinningMakesTheFitIndependentOfTheFrameRate) {
   const Document slow = fitted(300);
   const Document fast = fitted(900);
   // The world heights of both surfaces over the same places.
-  const auto& a = *slow.find("top")->fit;
-  const auto& b = *fast.find("top")->fit;
+  const auto& a = *slow.find_dual("top")->fit;
+  const auto& b = *fast.find_dual("top")->fit;
   for (double x = -0.04; x <= 0.04; x += 0.01) {
     const geometry::Vec3 world = a.surface.world_point(a.frame, x, 0.0);
     const geometry::Vec3 local = b.frame.to_local(world);
@@ -87,11 +87,11 @@ TEST(AddPoints, A1ThinningMakesTheFitIndependentOfTheFrameRate) {
 
 TEST(AddPoints, MarksTheFitStale) {
   Document document = applied({}, {create("top"), add("top", saddle_points()), fit("top")});
-  EXPECT_FALSE(document.find("top")->stale);
-  const auto before = document.find("top")->fit;
+  EXPECT_FALSE(document.find_dual("top")->stale);
+  const auto before = document.find_dual("top")->fit;
   document = applied(document, {add("top", {point(0, 0, 0)})});
-  EXPECT_TRUE(document.find("top")->stale);
-  EXPECT_EQ(document.find("top")->fit, before);  // A28: the surface stays as it is.
+  EXPECT_TRUE(document.find_dual("top")->stale);
+  EXPECT_EQ(document.find_dual("top")->fit, before);  // A28: the surface stays as it is.
 }
 
 TEST(AddPoints, NoPointsChangeNothing) {
@@ -111,7 +111,7 @@ TEST(AddPoints, TheFirstStrokeMayMakeItsShape) {
   ASSERT_TRUE(result.ok()) << result.error().describe();
   EXPECT_EQ(result->changes.created, std::vector<std::string>{"shape-1"});
   EXPECT_EQ(result->effective.add_points().entity(), "shape-1");
-  const EntityPtr shape = result->document.find("shape-1");
+  const DualPtr shape = result->document.find_dual("shape-1");
   EXPECT_EQ(shape->requested_degree, 3U);
   EXPECT_EQ(shape->points.size(), 60U);
   // What the log stores does the same.
@@ -182,7 +182,7 @@ TEST(ImportStrokes, AddsEachStrokeAsAStrokeOfItsOwn) {
     for (int i = 0; i < 3; ++i) *stroke.add_points() = point(i, s, 0, 0.5);
   }
   const Document document = applied({}, {create("top"), operation});
-  const EntityPtr shape = document.find("top");
+  const DualPtr shape = document.find_dual("top");
   ASSERT_EQ(shape->points.size(), 6U);
   EXPECT_EQ(shape->points[2].stroke, 1U);
   EXPECT_EQ(shape->points[3].stroke, 2U);

@@ -11,7 +11,7 @@ using namespace test;
 
 TEST(Fit, A6RecoversTheSaddleThatThePointsLieOn) {
   const Document document = applied({}, {create("top"), add("top", saddle_points()), fit("top")});
-  const EntityPtr shape = document.find("top");
+  const DualPtr shape = document.find_dual("top");
   ASSERT_TRUE(shape->fitted());
   const FittedSurface& fitted = *shape->fit;
   EXPECT_EQ(fitted.surface.degree(), 2);
@@ -30,20 +30,20 @@ TEST(Fit, A6RecoversTheSaddleThatThePointsLieOn) {
 
 TEST(Fit, A22BoxIsTheFootprint) {
   const Document document = applied({}, {create("top"), add("top", saddle_points()), fit("top")});
-  const geometry::Box2 box = document.find("top")->fit->box;
+  const geometry::Box2 box = document.find_dual("top")->fit->box;
   EXPECT_NEAR(box.half_extent.x(), 0.025, 1e-15);
   EXPECT_NEAR(box.half_extent.y(), 0.02, 1e-15);
 }
 
 TEST(Fit, A5A10KeepsTheFrameOfTheFirstFit) {
   Document document = applied({}, {create("top"), add("top", saddle_points()), fit("top")});
-  const geometry::Frame first = document.find("top")->fit->frame;
+  const geometry::Frame first = document.find_dual("top")->fit->frame;
   std::vector<v1::Point> slope;
   for (int i = 1; i < 20; ++i) slope.push_back(point(0.025 + 0.01 * i, 0.003 * (i % 3), 0.01 * i));
   document = applied(document, {add("top", slope), fit("top")});
-  EXPECT_EQ(document.find("top")->fit->frame.rotation, first.rotation);
-  EXPECT_EQ(document.find("top")->fit->frame.origin, first.origin);
-  EXPECT_EQ(document.find("top")->fit->residuals_m.size(), 49U);
+  EXPECT_EQ(document.find_dual("top")->fit->frame.rotation, first.rotation);
+  EXPECT_EQ(document.find_dual("top")->fit->frame.origin, first.origin);
+  EXPECT_EQ(document.find_dual("top")->fit->residuals_m.size(), 49U);
 }
 
 TEST(Fit, A10WarnsWhenThePointsLeaveThePlaneAndRefitPlaneHelps) {
@@ -53,17 +53,17 @@ TEST(Fit, A10WarnsWhenThePointsLeaveThePlaneAndRefitPlaneHelps) {
   document = applied(document, {add("top", slope)});
   const auto refitted = apply(document, fit("top"));
   ASSERT_TRUE(refitted.ok());
-  const double drift = refitted->document.find("top")->fit->frame_drift_rad;
+  const double drift = refitted->document.find_dual("top")->fit->frame_drift_rad;
   EXPECT_GT(drift, 20 * std::numbers::pi / 180);
   EXPECT_LT(drift, 50 * std::numbers::pi / 180);
   ASSERT_EQ(refitted->notes.size(), 1U);
   EXPECT_NE(refitted->notes[0].find("refit_plane"), std::string::npos);
 
-  const geometry::Vec3 old_normal = refitted->document.find("top")->fit->frame.normal();
+  const geometry::Vec3 old_normal = refitted->document.find_dual("top")->fit->frame.normal();
   const auto renewed = apply(refitted->document, refit_plane("top"));
   ASSERT_TRUE(renewed.ok());
   EXPECT_TRUE(renewed->notes.empty());
-  const FittedSurface& fresh = *renewed->document.find("top")->fit;
+  const FittedSurface& fresh = *renewed->document.find_dual("top")->fit;
   EXPECT_EQ(fresh.frame_drift_rad, 0.0);
   EXPECT_GT(fresh.frame.normal().dot(old_normal), 0.0);  // A5: less than 90 degrees from the former one.
 }
@@ -75,8 +75,8 @@ TEST(Fit, A7LowersTheDegreeAndSaysSo) {
       {create("top"), add("top", {point(0, 0, 0), point(1, 0, 0), point(0, 0.5, 0), point(1, 0.5, 0.1)})});
   const auto result = apply(document, fit("top"));
   ASSERT_TRUE(result.ok()) << result.error().describe();
-  EXPECT_EQ(result->document.find("top")->fit->surface.degree(), 1);
-  EXPECT_EQ(result->document.find("top")->fit->requested_degree, 2U);
+  EXPECT_EQ(result->document.find_dual("top")->fit->surface.degree(), 1);
+  EXPECT_EQ(result->document.find_dual("top")->fit->requested_degree, 2U);
   ASSERT_EQ(result->notes.size(), 1U);
   EXPECT_NE(result->notes[0].find("degree 1"), std::string::npos);
 }
@@ -103,12 +103,12 @@ TEST(Fit, AFailedFitKeepsTheFormerSurface) {
 
 TEST(Fit, DegreeZeroKeepsTheDegree) {
   Document document = applied({}, {create("top", 3), add("top", saddle_points()), fit("top")});
-  EXPECT_EQ(document.find("top")->fit->surface.degree(), 3);
+  EXPECT_EQ(document.find_dual("top")->fit->surface.degree(), 3);
   document = applied(document, {fit("top", 1)});
-  EXPECT_EQ(document.find("top")->fit->surface.degree(), 1);
-  EXPECT_GT(document.find("top")->fit->statistics.rms, 1e-6);
+  EXPECT_EQ(document.find_dual("top")->fit->surface.degree(), 1);
+  EXPECT_GT(document.find_dual("top")->fit->statistics.rms, 1e-6);
   document = applied(document, {fit("top")});
-  EXPECT_EQ(document.find("top")->fit->surface.degree(), 1);
+  EXPECT_EQ(document.find_dual("top")->fit->surface.degree(), 1);
 }
 
 TEST(Fit, TheSamePointsAgainChangeNothing) {
@@ -126,7 +126,7 @@ v1::Operation fit_and_show(const std::string& id, v1::Representation representat
 TEST(Fit, ShowSaysWhatIsSeenAfterwards) {
   const Document before = applied({}, {create("top"), add("top", saddle_points())});
   const auto seen = [&](v1::Representation representation) {
-    return applied(before, {fit_and_show("top", representation)}).find("top")->representation;
+    return applied(before, {fit_and_show("top", representation)}).find_dual("top")->representation;
   };
   EXPECT_EQ(seen(v1::REPRESENTATION_UNSPECIFIED), Representation::both);
   EXPECT_EQ(seen(v1::REPRESENTATION_POINTS), Representation::points);
@@ -143,23 +143,23 @@ TEST(Fit, ShowSaysWhatIsSeenAfterwards) {
 TEST(Fit, ShowHoldsForAShapeThatIsFittedAlready) {
   const Document fitted = applied({}, {create("top"), add("top", saddle_points()), fit("top")});
   const Document shown = applied(fitted, {fit_and_show("top", v1::REPRESENTATION_SURFACE)});
-  EXPECT_EQ(shown.find("top")->representation, Representation::surface);
-  EXPECT_EQ(shown.find("top")->fit, fitted.find("top")->fit) << "not fitted again";
+  EXPECT_EQ(shown.find_dual("top")->representation, Representation::surface);
+  EXPECT_EQ(shown.find_dual("top")->fit, fitted.find_dual("top")->fit) << "not fitted again";
 }
 
 TEST(Fit, A12ShowHoldsForThePartner) {
   const Document document =
       applied({}, {create("side"), symmetry("side", v1::SetSymmetry::PARTNER, 0.1),
                    add("side", saddle_points()), fit_and_show("side", v1::REPRESENTATION_SURFACE)});
-  const std::string partner = document.find("side")->partner;
-  ASSERT_TRUE(document.find(partner));
-  EXPECT_EQ(document.find(partner)->representation, Representation::surface);
+  const std::string partner = document.find_dual("side")->partner;
+  ASSERT_TRUE(document.find_dual(partner));
+  EXPECT_EQ(document.find_dual(partner)->representation, Representation::surface);
 }
 
 TEST(Fit, A28PointsStayAsTheyAre) {
   const Document before = applied({}, {create("top"), add("top", saddle_points())});
   const Document after = applied(before, {fit("top")});
-  EXPECT_TRUE(after.find("top")->points.shares_all_with(before.find("top")->points));
+  EXPECT_TRUE(after.find_dual("top")->points.shares_all_with(before.find_dual("top")->points));
 }
 
 TEST(Fit, ThePressureIsTheWeight) {
@@ -172,7 +172,7 @@ TEST(Fit, ThePressureIsTheWeight) {
     }
   }
   const Document document = applied({}, {create("top", 1), add("top", points), fit("top")});
-  const FittedSurface& fitted = *document.find("top")->fit;
+  const FittedSurface& fitted = *document.find_dual("top")->fit;
   const geometry::Vec3 local = fitted.frame.to_local({0.02, 0.01, 0.003});
   EXPECT_NEAR(fitted.surface.value(local.x(), local.y()), local.z(), 1e-15);
 }

@@ -42,7 +42,7 @@ TEST(History, ANewStepForgetsWhatCouldBeRedone) {
   history.push(step(applied({}, {create("b")}), "b"));
   EXPECT_EQ(history.redo_steps(), 0U);
   EXPECT_EQ(history.undo_steps(), 1U);
-  EXPECT_TRUE(history.current().find("b"));
+  EXPECT_TRUE(history.current().find_dual("b"));
 }
 
 TEST(History, ForgetsTheOldestBeyondItsBound) {
@@ -56,8 +56,8 @@ TEST(History, ForgetsTheOldestBeyondItsBound) {
   ASSERT_TRUE(history.undo().ok());
   ASSERT_TRUE(history.undo().ok());
   EXPECT_FALSE(history.undo().ok());
-  EXPECT_TRUE(history.current().find("a"));
-  EXPECT_FALSE(history.current().find("b"));
+  EXPECT_TRUE(history.current().find_dual("a"));
+  EXPECT_FALSE(history.current().find_dual("b"));
 }
 
 }  // namespace

@@ -57,10 +57,10 @@ TEST(Model, ARetryAppliesOnce) {
   ASSERT_TRUE(first.ok() && again.ok());
   EXPECT_EQ(again->sequence, first->sequence);
   EXPECT_EQ(again->changes.changed, first->changes.changed);
-  EXPECT_EQ(model.document().find("top")->points.size(), 1U);
+  EXPECT_EQ(model.document().find_dual("top")->points.size(), 1U);
   operation.set_client_id(8);  // Somebody else's number 1.
   ASSERT_TRUE(model.submit(operation).ok());
-  EXPECT_EQ(model.document().find("top")->points.size(), 2U);
+  EXPECT_EQ(model.document().find_dual("top")->points.size(), 2U);
 }
 
 TEST(Model, TheEffectiveOperationsReplayToTheSameHash) {
@@ -114,7 +114,7 @@ TEST(Provisional, IsSeenInThePreviewAndNotInTheDocument) {
       model.append_provisional(*gesture, std::vector<v1::Point>{point(1, 0, 0), point(2, 0, 0)}).ok());
   EXPECT_TRUE(model.is_provisional("top"));
   EXPECT_EQ(hash(model), before);
-  EXPECT_EQ(model.preview().find("top")->points.size(), 2U);
+  EXPECT_EQ(model.preview().find_dual("top")->points.size(), 2U);
   EXPECT_TRUE(model.cancel_provisional(*gesture));
   EXPECT_FALSE(model.cancel_provisional(*gesture));
   EXPECT_EQ(document_hash(model.preview()), before);
@@ -173,7 +173,7 @@ TEST(Provisional, LivesOnWhenTheBaseChanges) {
   const auto other = model.submit(add("top", {point(5, 0, 0)}));
   ASSERT_TRUE(other.ok());
   EXPECT_TRUE(other->cancelled_gestures.empty());
-  const EntityPtr shape = model.preview().find("top");
+  const DualPtr shape = model.preview().find_dual("top");
   ASSERT_EQ(shape->points.size(), 2U);
   EXPECT_EQ(shape->points[0].x, 5.0);
   EXPECT_EQ(shape->points[1].stroke, 2U);
@@ -200,9 +200,9 @@ TEST(Provisional, AnyOperationMayBeUpdatedInTheAir) {
   ASSERT_TRUE(model.update_provisional(*gesture, superellipse("top", 4)).ok());
   EXPECT_FALSE(model.update_provisional(*gesture, superellipse("top", 40)).ok());
   EXPECT_FALSE(model.append_provisional(*gesture, std::vector<v1::Point>{point(0, 0, 0)}).ok());
-  EXPECT_EQ(model.preview().find("top")->superellipse_exponent, 4.0);
+  EXPECT_EQ(model.preview().find_dual("top")->superellipse_exponent, 4.0);
   ASSERT_TRUE(model.commit_provisional(*gesture).ok());
-  EXPECT_EQ(model.document().find("top")->superellipse_exponent, 4.0);
+  EXPECT_EQ(model.document().find_dual("top")->superellipse_exponent, 4.0);
 }
 
 TEST(Provisional, TheirNumberIsBounded) {

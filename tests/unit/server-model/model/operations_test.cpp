@@ -16,7 +16,7 @@ TEST(CreateDualShape, TakesIdNameAndDegree) {
   const auto result = apply({}, operation);
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->changes.created, std::vector<std::string>{"top"});
-  const EntityPtr shape = result->document.find("top");
+  const DualPtr shape = result->document.find_dual("top");
   EXPECT_EQ(shape->name, "Oberseite \xc3\xbc");
   EXPECT_EQ(shape->requested_degree, 3U);
   EXPECT_FALSE(shape->fitted());
@@ -27,10 +27,10 @@ TEST(CreateDualShape, TakesIdNameAndDegree) {
 TEST(CreateDualShape, DefaultsAreDegreeTwoAndTheNextFreeId) {
   const Document document = applied({}, {create("shape-2"), create(""), create("")});
   ASSERT_EQ(document.entities.size(), 3U);
-  EXPECT_TRUE(document.find("shape-3"));
-  EXPECT_TRUE(document.find("shape-4"));
-  EXPECT_EQ(document.find("shape-3")->requested_degree, 2U);
-  EXPECT_EQ(document.find("shape-3")->name, "shape-3");
+  EXPECT_TRUE(document.find_dual("shape-3"));
+  EXPECT_TRUE(document.find_dual("shape-4"));
+  EXPECT_EQ(document.find_dual("shape-3")->requested_degree, 2U);
+  EXPECT_EQ(document.find_dual("shape-3")->name, "shape-3");
 }
 
 TEST(CreateDualShape, NeverGivesAnIdTwice) {
@@ -71,8 +71,8 @@ TEST(CreateDualShape, KeepsWithinTheLimits) {
 TEST(Rename, ChangesTheNameAlone) {
   const Document before = applied({}, {create("top"), add("top", saddle_points())});
   const Document after = applied(before, {rename("top", "Top surface")});
-  EXPECT_EQ(after.find("top")->name, "Top surface");
-  EXPECT_TRUE(after.find("top")->points.shares_all_with(before.find("top")->points));
+  EXPECT_EQ(after.find_dual("top")->name, "Top surface");
+  EXPECT_TRUE(after.find_dual("top")->points.shares_all_with(before.find_dual("top")->points));
   expect_refused(before, rename("top", ""), ErrorCode::invalid_argument, "rename.name");
   expect_refused(before, rename("side", "x"), ErrorCode::not_found, "rename.entity");
 }
@@ -82,15 +82,15 @@ TEST(Delete, RemovesTheEntityAndSharesTheRest) {
   const auto result = apply(before, remove("a"));
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->changes.removed, std::vector<std::string>{"a"});
-  EXPECT_FALSE(result->document.find("a"));
-  EXPECT_EQ(result->document.find("b"), before.find("b"));
+  EXPECT_FALSE(result->document.find_dual("a"));
+  EXPECT_EQ(result->document.find_dual("b"), before.find_dual("b"));
   expect_refused(result->document, remove("a"), ErrorCode::not_found, "delete.entity");
 }
 
 TEST(SetSuperellipse, A22TakesExponentsFromAFifthToTwenty) {
   const Document document = applied({}, {create("top")});
   for (const double exponent : {0.2, 1.0, 2.5, 20.0}) {
-    EXPECT_EQ(applied(document, {superellipse("top", exponent)}).find("top")->superellipse_exponent,
+    EXPECT_EQ(applied(document, {superellipse("top", exponent)}).find_dual("top")->superellipse_exponent,
               exponent);
   }
   for (const double exponent : {0.0, 0.199, 20.001, -2.0, std::numeric_limits<double>::quiet_NaN(),
@@ -108,12 +108,12 @@ TEST(SetRepresentation, SwitchesAndKeepsBoth) {
   expect_refused(document, represent("top", v1::REPRESENTATION_UNSPECIFIED), ErrorCode::invalid_argument,
                  "set_representation.representation");
   document = applied(document, {fit("top")});
-  EXPECT_EQ(document.find("top")->representation, Representation::both);
+  EXPECT_EQ(document.find_dual("top")->representation, Representation::both);
   document = applied(document, {represent("top", v1::REPRESENTATION_SURFACE)});
-  EXPECT_EQ(document.find("top")->representation, Representation::surface);
-  EXPECT_EQ(document.find("top")->points.size(), 30U);  // A28
+  EXPECT_EQ(document.find_dual("top")->representation, Representation::surface);
+  EXPECT_EQ(document.find_dual("top")->points.size(), 30U);  // A28
   document = applied(document, {represent("top", v1::REPRESENTATION_POINTS)});
-  EXPECT_TRUE(document.find("top")->fitted());  // A28
+  EXPECT_TRUE(document.find_dual("top")->fitted());  // A28
 }
 
 TEST(Apply, RefusesWhatIsNotForADocument) {

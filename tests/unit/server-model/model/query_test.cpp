@@ -111,7 +111,7 @@ TEST(Query, A8PointsGivesResidualsAlongTheFramesZ) {
   EXPECT_EQ(result->points().points(3).position().z(), points[3].position().z());
   EXPECT_EQ(result->points().points(30).residual_m(), 0.0);  // Newer than the fit.
   EXPECT_EQ(result->points().points(30).stroke(), 2U);
-  const FittedSurface& fitted = *model.document().find("top")->fit;
+  const FittedSurface& fitted = *model.document().find_dual("top")->fit;
   for (int i = 0; i < 30; ++i) {
     const auto& at = points[static_cast<std::size_t>(i)].position();
     const geometry::Vec3 local = fitted.frame.to_local({at.x(), at.y(), at.z()});

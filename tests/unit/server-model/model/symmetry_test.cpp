@@ -30,7 +30,7 @@ v1::Operation oblique_symmetry(const std::string& id, v1::SetSymmetry::Mode mode
 TEST(Symmetry, A12SameShapeLaysEachPointsImageBesideIt) {
   const Document document = applied({}, {create("top"), symmetry("top", v1::SetSymmetry::SAME_SHAPE, 1.0),
                                          add("top", {point(0.25, 2, 3, 0.5), point(0.5, 4, 5)})});
-  const EntityPtr shape = document.find("top");
+  const DualPtr shape = document.find_dual("top");
   ASSERT_EQ(shape->points.size(), 4U);
   // The plane x = 1: (0.25, 2, 3) -> (1.75, 2, 3).
   EXPECT_EQ(shape->points[1].position(), geometry::Vec3(1.75, 2, 3));
@@ -49,7 +49,7 @@ TEST(Symmetry, AContinuedStrokeContinuesItsImage) {
   const Document document =
       applied({}, {create("top"), symmetry("top", v1::SetSymmetry::SAME_SHAPE), add("top", {point(1, 0, 0)}),
                    add("top", {point(2, 0, 0)}), add("top", {point(1, 1, 0)}, 1)});
-  const EntityPtr shape = document.find("top");
+  const DualPtr shape = document.find_dual("top");
   ASSERT_EQ(shape->points.size(), 6U);
   EXPECT_EQ(shape->points[4].stroke, 1U);
   EXPECT_EQ(shape->points[5].stroke, 2U);
@@ -61,7 +61,7 @@ TEST(Symmetry, A12TheSurfaceIsItsOwnMirrorImage) {
   const Document document =
       applied({}, {create("top", 3), oblique_symmetry("top", v1::SetSymmetry::SAME_SHAPE),
                    add("top", saddle_points(0.01)), fit("top")});
-  const FittedSurface& fitted = *document.find("top")->fit;
+  const FittedSurface& fitted = *document.find_dual("top")->fit;
   for (double x = -0.05; x <= 0.05; x += 0.01) {
     for (double y = -0.05; y <= 0.05; y += 0.01) {
       const geometry::Vec3 image =
@@ -79,8 +79,8 @@ TEST(Symmetry, A12ThePartnerAppearsWithTheFirstPoints) {
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->changes.created, std::vector<std::string>{"side-mirror"});
   EXPECT_EQ(result->changes.changed, std::vector<std::string>{"side"});
-  const EntityPtr side = result->document.find("side");
-  const EntityPtr mirror = result->document.find("side-mirror");
+  const DualPtr side = result->document.find_dual("side");
+  const DualPtr mirror = result->document.find_dual("side-mirror");
   EXPECT_EQ(side->partner, "side-mirror");
   EXPECT_EQ(mirror->partner, "side");
   EXPECT_EQ(mirror->symmetry, SymmetryMode::partner);
@@ -99,8 +99,8 @@ TEST(Symmetry, A12FitsOfBothSidesAreMirrorImages) {
     const Document document =
         applied({}, {create("side", 3), oblique_symmetry("side", v1::SetSymmetry::PARTNER),
                      add("side", saddle_points(0.01)), fit(fitted_one)});
-    const FittedSurface& a = *document.find("side")->fit;
-    const FittedSurface& b = *document.find("side-mirror")->fit;
+    const FittedSurface& a = *document.find_dual("side")->fit;
+    const FittedSurface& b = *document.find_dual("side-mirror")->fit;
     EXPECT_NEAR(b.frame.rotation.determinant(), 1.0, 1e-14);  // Right-handed, though mirrored.
     EXPECT_EQ(a.statistics.rms, b.statistics.rms);
     EXPECT_EQ(a.residuals_m, b.residuals_m);
@@ -113,7 +113,7 @@ TEST(Symmetry, A12FitsOfBothSidesAreMirrorImages) {
     // Its own points' fit gives the same surface: the image is no shortcut with another result.
     const Document released = applied(document, {symmetry("side", v1::SetSymmetry::OFF),
                                                  add("side-mirror", {}), refit_plane("side-mirror")});
-    const FittedSurface& own = *released.find("side-mirror")->fit;
+    const FittedSurface& own = *released.find_dual("side-mirror")->fit;
     for (double x = -0.02; x <= 0.02; x += 0.01) {
       const geometry::Vec3 local = own.frame.to_local(b.surface.world_point(b.frame, x, -x));
       EXPECT_NEAR(own.surface.value(local.x(), local.y()), local.z(), 1e-12);
@@ -126,26 +126,26 @@ TEST(Symmetry, A12EditsOfEitherSideReachTheOther) {
       {}, {create("side"), symmetry("side", v1::SetSymmetry::PARTNER), add("side", saddle_points(0.01)),
            fit("side"), superellipse("side-mirror", 3), represent("side", v1::REPRESENTATION_SURFACE)});
   for (const char* id : {"side", "side-mirror"}) {
-    EXPECT_EQ(document.find(id)->superellipse_exponent, 3.0);
-    EXPECT_EQ(document.find(id)->representation, Representation::surface);
+    EXPECT_EQ(document.find_dual(id)->superellipse_exponent, 3.0);
+    EXPECT_EQ(document.find_dual(id)->representation, Representation::surface);
   }
   document = applied(document, {add("side-mirror", {point(-0.1, 0, 0.02)})});
-  EXPECT_EQ(document.find("side")->points.back().position(), geometry::Vec3(0.1, 0, 0.02));
-  EXPECT_TRUE(document.find("side")->stale);
-  EXPECT_TRUE(document.find("side-mirror")->stale);
-  EXPECT_EQ(document.find("side")->mirror_partner(30), 30U);
+  EXPECT_EQ(document.find_dual("side")->points.back().position(), geometry::Vec3(0.1, 0, 0.02));
+  EXPECT_TRUE(document.find_dual("side")->stale);
+  EXPECT_TRUE(document.find_dual("side-mirror")->stale);
+  EXPECT_EQ(document.find_dual("side")->mirror_partner(30), 30U);
 }
 
 TEST(Symmetry, TheFrozenPlaneOfThePartnerStaysToTheBit) {
   Document document = applied({}, {create("side"), oblique_symmetry("side", v1::SetSymmetry::PARTNER),
                                    add("side", saddle_points(0.01)), fit("side")});
-  const geometry::Frame a = document.find("side")->fit->frame;
-  const geometry::Frame b = document.find("side-mirror")->fit->frame;
+  const geometry::Frame a = document.find_dual("side")->fit->frame;
+  const geometry::Frame b = document.find_dual("side-mirror")->fit->frame;
   for (const char* id : {"side-mirror", "side", "side-mirror"}) {
     document = applied(document, {add(id, {point(0.02, 0.01, 0.011)}), fit(id)});
   }
-  EXPECT_EQ(document.find("side")->fit->frame.rotation, a.rotation);
-  EXPECT_EQ(document.find("side-mirror")->fit->frame.rotation, b.rotation);
+  EXPECT_EQ(document.find_dual("side")->fit->frame.rotation, a.rotation);
+  EXPECT_EQ(document.find_dual("side-mirror")->fit->frame.rotation, b.rotation);
 }
 
 TEST(Symmetry, A12OffReleasesThePartnerAsItIs) {
@@ -154,23 +154,23 @@ TEST(Symmetry, A12OffReleasesThePartnerAsItIs) {
   for (const char* id : {"side", "side-mirror"}) {
     Document document = applied(linked, {symmetry(id, v1::SetSymmetry::OFF)});
     for (const char* one : {"side", "side-mirror"}) {
-      const EntityPtr shape = document.find(one);
+      const DualPtr shape = document.find_dual(one);
       EXPECT_EQ(shape->symmetry, SymmetryMode::off);
       EXPECT_EQ(shape->partner, "");
       EXPECT_EQ(shape->mirror_partner(0), DualPoint::no_partner);
-      EXPECT_EQ(shape->fit, linked.find(one)->fit);
+      EXPECT_EQ(shape->fit, linked.find_dual(one)->fit);
       EXPECT_EQ(shape->points.size(), 30U);
     }
     document = applied(document, {add("side", {point(1, 1, 1)}), superellipse("side", 5)});
-    EXPECT_EQ(document.find("side-mirror")->points.size(), 30U);
-    EXPECT_EQ(document.find("side-mirror")->superellipse_exponent, 2.0);
+    EXPECT_EQ(document.find_dual("side-mirror")->points.size(), 30U);
+    EXPECT_EQ(document.find_dual("side-mirror")->superellipse_exponent, 2.0);
   }
 }
 
 TEST(Symmetry, DeletingOneReleasesTheOther) {
   const Document document = applied({}, {create("side"), symmetry("side", v1::SetSymmetry::PARTNER),
                                          add("side", saddle_points(0.01)), remove("side")});
-  const EntityPtr mirror = document.find("side-mirror");
+  const DualPtr mirror = document.find_dual("side-mirror");
   ASSERT_TRUE(mirror);
   EXPECT_EQ(mirror->symmetry, SymmetryMode::off);
   EXPECT_EQ(mirror->partner, "");
@@ -180,15 +180,15 @@ TEST(Symmetry, AnotherPlaneMakesAnotherPartner) {
   const Document document = applied(
       {}, {create("side"), symmetry("side", v1::SetSymmetry::PARTNER, 0.0), add("side", saddle_points(0.01)),
            symmetry("side", v1::SetSymmetry::PARTNER, 0.1), add("side", saddle_points(0.01)), fit("side")});
-  const EntityPtr side = document.find("side");
+  const DualPtr side = document.find_dual("side");
   EXPECT_EQ(side->partner, "side-mirror-2");
   EXPECT_EQ(side->linked_from, 30U);
   EXPECT_EQ(side->mirror_partner(29), DualPoint::no_partner);
   EXPECT_EQ(side->mirror_partner(30), 0U);
-  EXPECT_EQ(document.find("side-mirror")->symmetry, SymmetryMode::off);
+  EXPECT_EQ(document.find_dual("side-mirror")->symmetry, SymmetryMode::off);
   // The new partner has only half of the points, so it is fitted by itself.
-  EXPECT_EQ(document.find("side-mirror-2")->points.size(), 30U);
-  EXPECT_TRUE(document.find("side-mirror-2")->fitted());
+  EXPECT_EQ(document.find_dual("side-mirror-2")->points.size(), 30U);
+  EXPECT_TRUE(document.find_dual("side-mirror-2")->fitted());
 }
 
 TEST(Symmetry, APartnerThatCannotBeFittedIsNoted) {
@@ -197,8 +197,8 @@ TEST(Symmetry, APartnerThatCannotBeFittedIsNoted) {
                    symmetry("side", v1::SetSymmetry::PARTNER), add("side", {point(0.1, 0, 0)})});
   const auto result = apply(document, fit("side"));
   ASSERT_TRUE(result.ok());
-  EXPECT_TRUE(result->document.find("side")->fitted());
-  EXPECT_FALSE(result->document.find("side-mirror")->fitted());
+  EXPECT_TRUE(result->document.find_dual("side")->fitted());
+  EXPECT_FALSE(result->document.find_dual("side-mirror")->fitted());
   ASSERT_EQ(result->notes.size(), 1U);
 }
 

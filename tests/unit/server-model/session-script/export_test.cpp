@@ -92,7 +92,7 @@ TEST_F(Exporting, AFolderThatIsMissingIsAnErrorAndLeavesNothing) {
 
 TEST_F(Exporting, AShapeThatAFormatCannotHoldIsNamed) {
   document_ = applied(document_, {create("far"), add("far", saddle_points()), fit("far")});
-  auto far = std::make_shared<DualShape>(*document_.find("far"));
+  auto far = std::make_shared<DualShape>(*document_.find_dual("far"));
   auto broken = std::make_shared<FittedSurface>(*far->fit);
   broken->frame.origin.x() = std::numeric_limits<double>::quiet_NaN();
   far->fit = broken;

@@ -78,8 +78,8 @@ TEST(ResolveOperation, RealStrokesFitTheBoxAndKeepTheirPressure) {
   LocalTarget target(FileAccess{});
   ASSERT_TRUE(target.submit(create("top")).ok());
   ASSERT_TRUE(target.submit(import_of(sketch.string())).ok());
-  EXPECT_EQ(target.model().document().find("top")->points.size(), 912U);
-  EXPECT_EQ(target.model().document().find("top")->stroke_count, 5U);
+  EXPECT_EQ(target.model().document().find_dual("top")->points.size(), 912U);
+  EXPECT_EQ(target.model().document().find_dual("top")->stroke_count, 5U);
   EXPECT_EQ(target.model().history().undo_steps(), 2U);
 }
 

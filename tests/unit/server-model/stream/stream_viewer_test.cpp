@@ -306,7 +306,7 @@ TEST_F(ViewerTest, A2_A3_styles_are_the_shells_of_the_pressure) {
   points[0].set_pressure(1.0);
   points[1].set_pressure(818.0 / 1023.0);
   ASSERT_TRUE(model_.submit(adding(points)).ok());
-  const auto packed = pack_points(model_.document().find("shape-1")->points, 0, 2);
+  const auto packed = pack_points(model_.document().find_dual("shape-1")->points, 0, 2);
   ASSERT_TRUE(packed.ok());
   ASSERT_EQ(packed->palette_size(), 2);
   EXPECT_NEAR(packed->palette(0).radius_m(), 0.02 * 0.0127, 1e-9) << "A2: rho = 1 is R_min, not nothing";
@@ -341,7 +341,7 @@ TEST(MeshCacheTest, makes_each_mesh_once_and_drops_superseded_jobs) {
   };
   const auto round = [&] {
     cache.begin_round();
-    auto mesh = cache.find(*model.document().find("shape-1"));
+    auto mesh = cache.find(*model.document().find_dual("shape-1"));
     cache.end_round();
     return mesh;
   };

@@ -1,0 +1,34 @@
+#pragma once
+// A mesh around which shapes are designed, such as a scanned hand or a chassis (Fuge et al., figure 14). It is
+// imported, shown and measured against, never changed by a shape.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "server-model/model/entity.h"
+
+namespace handloft::model {
+
+struct ReferenceMesh {
+  std::vector<std::array<float, 3>> positions;        ///< World, metres.
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< Counterclockwise seen from outside.
+};
+
+struct ReferenceShape final : Entity {
+  std::shared_ptr<const ReferenceMesh> mesh;  ///< Never null in a document.
+
+  EntityKind kind() const override { return EntityKind::reference; }
+  std::shared_ptr<Entity> clone() const override { return std::make_shared<ReferenceShape>(*this); }
+};
+using ReferencePtr = std::shared_ptr<const ReferenceShape>;
+
+/// The entity as a reference; null when it is null or of another kind.
+inline ReferencePtr as_reference(const EntityPtr& entity) {
+  return entity && entity->kind() == EntityKind::reference
+             ? std::static_pointer_cast<const ReferenceShape>(entity)
+             : nullptr;
+}
+
+}  // namespace handloft::model
