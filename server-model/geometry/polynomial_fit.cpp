@@ -7,51 +7,10 @@
 #include <cmath>
 #include <limits>
 
+#include "server-model/geometry/design_block.h"
 #include "server-model/geometry/fit_checks.h"
 
 namespace handloft::geometry {
-namespace {
-
-/// Points per block: their rows (28 + 1 columns at most) stay in the second-level cache.
-constexpr std::size_t block_points = 256;
-
-/// Beyond this a coordinate is no length of anything that a hand shapes, and its square nears overflow.
-constexpr double max_coordinate_m = 1e100;
-
-/// A power of two near 1 / largest weight: tiny or huge weights must not underflow or overflow, and scaling
-/// by a power of two changes no bit of the solution.
-double weight_scale(std::span<const WeightedPoint> points) {
-  double largest = 0;
-  for (const WeightedPoint& point : points) largest = std::max(largest, point.weight);
-  if (largest <= 0) return 1;
-  return std::ldexp(1.0, -std::clamp(std::ilogb(largest), -1000, 1000));
-}
-
-template <typename PointOf>
-Result<PolynomialFit> fit(std::size_t count, const PointOf& local_point, const Box2& box,
-                          double weight_factor, const FitOptions& options) {
-  const int p = coefficient_count(options.degree);
-  RowQr qr(p);
-  Eigen::MatrixXd block(block_points, p + 1);
-  Eigen::Index used = 0;
-  std::size_t weighted_points = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    WeightedPoint point = local_point(i);
-    if (point.weight == 0) continue;
-    point.weight *= weight_factor;
-    detail::weighted_row(point, box, options.degree, block.data() + used, block.outerStride());
-    ++weighted_points;
-    if (++used == block.rows()) {
-      qr.append(block);
-      used = 0;
-    }
-  }
-  if (used > 0) qr.append(block.topRows(used));
-  return detail::solve_for_largest_degree(qr, box, options, weighted_points);
-}
-
-}  // namespace
-
 namespace detail {
 
 Status check_fit_options(const FitOptions& options) {
@@ -86,32 +45,61 @@ Status check_point(const WeightedPoint& point, const std::string& field) {
 Status check_points(std::span<const WeightedPoint> points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const WeightedPoint& point = points[i];
-    const bool fine = point.position.allFinite() &&
-                      point.position.cwiseAbs().maxCoeff() <= max_coordinate_m &&
-                      std::isfinite(point.weight) && point.weight >= 0;
-    if (!fine) return check_point(point, fmt::format("points[{}]", i));
+    if (!is_good(point)) return check_point(point, fmt::format("points[{}]", i));
   }
   return {};
 }
 
-Box2 scaling_box(std::span<const WeightedPoint> local_points) {
-  Vec2 lower = Vec2::Constant(std::numeric_limits<double>::infinity());
-  Vec2 upper = -lower;
-  for (const WeightedPoint& point : local_points) {
-    lower = lower.cwiseMin(point.position.head<2>());
-    upper = upper.cwiseMax(point.position.head<2>());
-  }
-  if (local_points.empty()) return {Vec2::Zero(), Vec2::Ones()};
-  Box2 box{0.5 * (lower + upper), 0.5 * (upper - lower)};
+double extent_noise(const Box2& box, int axis) {
+  const double largest = box.half_extent.maxCoeff() > 0 ? box.half_extent.maxCoeff() : 1.0;
+  return 16 * std::numeric_limits<double>::epsilon() * std::max(std::abs(box.centre[axis]), largest);
+}
+
+Box2 usable_box(const Box2& footprint) {
   // A side of no length would divide by zero: any length will do, since the rank says that nothing varies
   // there.
-  const double fallback = box.half_extent.maxCoeff() > 0 ? box.half_extent.maxCoeff() : 1.0;
-  for (int k = 0; k < 2; ++k) {
-    const double noise =
-        16 * std::numeric_limits<double>::epsilon() * std::max(std::abs(box.centre[k]), fallback);
-    if (box.half_extent[k] <= noise) box.half_extent[k] = fallback;
+  Box2 box = footprint;
+  const double fallback = footprint.half_extent.maxCoeff() > 0 ? footprint.half_extent.maxCoeff() : 1.0;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (box.half_extent[axis] <= extent_noise(footprint, axis)) box.half_extent[axis] = fallback;
   }
   return box;
+}
+
+void append_points(const ScaledPoints& points, int degree, double weight_factor, RowQr& qr) {
+  DesignBlock block(degree, points);
+  for (Eigen::Index begin = 0; begin < points.count(); begin += block.capacity()) {
+    qr.append(block.weighted(begin, std::min(block.capacity(), points.count() - begin), weight_factor));
+  }
+}
+
+ResidualStatistics statistics_of(const PolynomialSurface& surface, const ScaledPoints& points) {
+  ResidualStatistics statistics;
+  statistics.count = static_cast<std::size_t>(points.count());
+  if (points.count() == 0) return statistics;
+  double sum = 0;
+  double weighted_sum = 0;
+  double weights = 0;
+  const auto coefficients = surface.scaled_coefficients();
+  const Eigen::Map<const Eigen::VectorXd> c(coefficients.data(),
+                                            static_cast<Eigen::Index>(coefficients.size()));
+  DesignBlock block(surface.degree(), points);
+  Eigen::VectorXd residuals(block.capacity());
+  for (Eigen::Index begin = 0; begin < points.count(); begin += block.capacity()) {
+    const Eigen::Index n = std::min(block.capacity(), points.count() - begin);
+    const auto rows = block.unweighted(begin, n);
+    auto r = residuals.head(n);
+    r = rows.rightCols<1>();
+    r.noalias() -= rows.leftCols(c.size()) * c;
+    statistics.max = std::max(statistics.max, r.lpNorm<Eigen::Infinity>());
+    r.array() *= r.array();
+    sum += r.sum();
+    weighted_sum += (points.weight(begin, n) * r.array()).sum();
+    weights += points.weight(begin, n).sum();
+  }
+  statistics.rms = std::sqrt(sum / static_cast<double>(points.count()));
+  statistics.weighted_rms = weights > 0 ? std::sqrt(weighted_sum / weights) : 0.0;
+  return statistics;
 }
 
 void weighted_row(const WeightedPoint& local_point, const Box2& box, int degree, double* row,
@@ -161,12 +149,13 @@ Result<PolynomialFit> solve_for_largest_degree(const RowQr& qr, const Box2& box,
 Result<PolynomialFit> fit_polynomial_surface(std::span<const WeightedPoint> local_points,
                                              const FitOptions& options) {
   if (Status status = detail::check_fit_options(options); !status.ok()) return status.error();
-  if (Status status = detail::check_points(local_points); !status.ok()) return status.error();
-  const Box2 box = detail::scaling_box(local_points);
-  Result<PolynomialFit> result = fit(
-      local_points.size(), [&](std::size_t i) -> const WeightedPoint& { return local_points[i]; }, box,
-      weight_scale(local_points), options);
-  if (result.ok()) result->statistics = residual_statistics(result->surface, local_points);
+  const Result<detail::ScaledPoints> points = detail::ScaledPoints::from(local_points);
+  if (!points.ok()) return points.error();
+  RowQr qr(coefficient_count(options.degree));
+  detail::append_points(*points, options.degree, points->weight_scale(), qr);
+  Result<PolynomialFit> result =
+      detail::solve_for_largest_degree(qr, points->box(), options, points->weighted_count());
+  if (result.ok()) result->statistics = detail::statistics_of(result->surface, *points);
   return result;
 }
 
@@ -179,22 +168,7 @@ Result<PolynomialFit> fit_polynomial_surface(std::span<const WeightedPoint> worl
 
 ResidualStatistics residual_statistics(const PolynomialSurface& surface,
                                        std::span<const WeightedPoint> local_points) {
-  ResidualStatistics statistics;
-  statistics.count = local_points.size();
-  if (local_points.empty()) return statistics;
-  double sum = 0;
-  double weighted_sum = 0;
-  double weights = 0;
-  for (const WeightedPoint& point : local_points) {
-    const double r = point.position.z() - surface.value(point.position.x(), point.position.y());
-    sum += r * r;
-    weighted_sum += point.weight * (r * r);
-    weights += point.weight;
-    statistics.max = std::max(statistics.max, std::abs(r));
-  }
-  statistics.rms = std::sqrt(sum / static_cast<double>(local_points.size()));
-  statistics.weighted_rms = weights > 0 ? std::sqrt(weighted_sum / weights) : 0.0;
-  return statistics;
+  return detail::statistics_of(surface, detail::ScaledPoints::in_box(local_points, surface.box()));
 }
 
 }  // namespace handloft::geometry

@@ -4,15 +4,14 @@
 // sqrt(theta_i) * (monomials in centred, box-scaled variables), in blocks (RowQr), never by normal equations:
 // those lose every digit on NIST's Filip. Rank (A7) is judged on R by column-pivoted QR.
 //
-// fit_polynomial_surface() for one use; PolynomialFitter for live points.
+// fit_polynomial_surface() for one use; PolynomialFitter (polynomial_fitter.h) for live points;
+// fit_automatic_degree() (automatic_degree.h) where the degree is open.
 
 #include <cstddef>
 #include <span>
-#include <vector>
 
 #include "common/base/result.h"
 #include "server-model/geometry/polynomial_surface.h"
-#include "server-model/geometry/row_qr.h"
 #include "server-model/geometry/types.h"
 
 namespace handloft::geometry {
@@ -55,49 +54,5 @@ Result<PolynomialFit> fit_polynomial_surface(std::span<const WeightedPoint> worl
 /// Statistics of local points against any surface.
 ResidualStatistics residual_statistics(const PolynomialSurface& surface,
                                        std::span<const WeightedPoint> local_points);
-
-/// Keeps R and Q^T z so that adding, removing and solving cost O(p^2), whatever the number of points (A27).
-/// The scaling box grows (with one refactorisation) when points leave it by more than its own size.
-/// Not for use from two threads at once.
-class PolynomialFitter {
- public:
-  /// Names one point until it is removed.
-  using Slot = std::size_t;
-
-  /// Precondition: options.degree in 1..6 (else solve() answers invalid_argument).
-  explicit PolynomialFitter(const FitOptions& options = {});
-
-  /// Takes a point of the local frame. Errors: invalid_argument as above, and nothing changes.
-  Result<Slot> add(const WeightedPoint& local_point);
-  /// Takes many, with one factorisation. All or nothing. Slots are consecutive from the returned one.
-  Result<Slot> add(std::span<const WeightedPoint> local_points);
-  /// Takes a point out again. Errors: not_found for a slot that holds no point.
-  Status remove(Slot slot);
-
-  std::size_t size() const { return live_count_; }
-  /// The current optimum, without statistics over points (statistics.weighted_rms and count alone are filled,
-  /// the former from the residual norm that QR carries along). Errors: rank_deficient.
-  Result<PolynomialFit> solve() const;
-
-  /// How often R was built anew from the points: after ill-conditioned removals and growth of the box.
-  std::size_t refactorisations() const { return refactorisations_; }
-
- private:
-  struct Sample {
-    WeightedPoint point;
-    bool live = false;
-  };
-  bool outgrows_box(const WeightedPoint& point) const;
-  void refactor();
-  void row_of(const WeightedPoint& point, double* row) const;
-
-  FitOptions options_;
-  Box2 box_;
-  RowQr qr_;
-  std::vector<Sample> samples_;
-  std::size_t live_count_ = 0;
-  double weight_sum_ = 0;
-  std::size_t refactorisations_ = 0;
-};
 
 }  // namespace handloft::geometry

@@ -22,16 +22,7 @@ constexpr std::array<Monomial, max_coefficients> make_monomials() {
 }
 constexpr std::array<Monomial, max_coefficients> monomial_table = make_monomials();
 
-/// Position of x^i y^j in the order of eq. 2.
-constexpr std::size_t index_of(int i, int j) {
-  const int degree = i + j;
-  if (degree == 0) return 0;
-  const int before = coefficient_count(degree - 1);
-  if (j == 0) return static_cast<std::size_t>(before + degree - 1);
-  if (i == 0) return static_cast<std::size_t>(before + degree);
-  return static_cast<std::size_t>(before + j - 1);
-}
-static_assert(index_of(1, 1) == 3 && index_of(2, 0) == 4 && index_of(0, 2) == 5);
+static_assert(monomial_index(1, 1) == 3 && monomial_index(2, 0) == 4 && monomial_index(0, 2) == 5);
 
 using Powers = std::array<double, max_degree + 1>;
 
@@ -121,7 +112,7 @@ std::vector<double> PolynomialSurface::coefficients() const {
     for (int a = 0; a <= i; ++a) {
       const double x_part = binomial(i, a) * std::pow(-box_.centre.x(), i - a);
       for (int b = 0; b <= j; ++b) {
-        result[index_of(a, b)] += scale * x_part * binomial(j, b) * std::pow(-box_.centre.y(), j - b);
+        result[monomial_index(a, b)] += scale * x_part * binomial(j, b) * std::pow(-box_.centre.y(), j - b);
       }
     }
   }

@@ -8,6 +8,7 @@
 // surface is unbounded: it may be evaluated anywhere (A11).
 
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -30,6 +31,16 @@ struct Monomial {
   int x_power = 0;
   int y_power = 0;
 };
+
+/// Position of x^i y^j in the order of eq. 2. Precondition: i, j >= 0 and i + j <= max_degree.
+constexpr std::size_t monomial_index(int i, int j) {
+  const int degree = i + j;
+  if (degree == 0) return 0;
+  const int before = coefficient_count(degree - 1);
+  if (j == 0) return static_cast<std::size_t>(before + degree - 1);
+  if (i == 0) return static_cast<std::size_t>(before + degree);
+  return static_cast<std::size_t>(before + j - 1);
+}
 
 /// The coefficient_count(degree) terms in the order of eq. 2. Precondition: degree in 0..max_degree.
 std::span<const Monomial> monomials(int degree);

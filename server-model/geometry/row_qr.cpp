@@ -2,6 +2,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -11,12 +12,15 @@ namespace {
 /// Rows per block: 256 rows of 29 doubles are 58 KB and stay in the second-level cache with their triangle.
 constexpr Eigen::Index block_rows = 256;
 
+/// For more columns than a surface of degree 6 has, the pivoted factorisation decides.
+constexpr std::size_t max_proof_columns = 32;
+
 /// Downdating loses digits as 1 / alpha; below this more than half of them (8 of 16) are gone.
 constexpr double min_downdate_alpha = 1e-4;
 
 /// Householder QR in place of [triangle; block], column by column (the structure of the triangle is used: a
 /// reflection touches one row of it and the whole block). Costs 4 m p^2 / 2 flops for m rows.
-void annihilate(Eigen::MatrixXd& triangle, Eigen::Ref<Eigen::MatrixXd> block) {
+void annihilate(Eigen::MatrixXd& triangle, Eigen::Ref<Eigen::MatrixXd> block, Eigen::VectorXd& workspace) {
   const Eigen::Index columns = triangle.cols();
   for (Eigen::Index k = 0; k < columns; ++k) {
     auto below = block.col(k);
@@ -28,14 +32,51 @@ void annihilate(Eigen::MatrixXd& triangle, Eigen::Ref<Eigen::MatrixXd> block) {
     // v = (head - beta, below); H = I - tau v v^T with v scaled so that v_0 = 1.
     const double v0 = head - beta;
     const double tau = -v0 / beta;
-    below /= v0;
     triangle(k, k) = beta;
-    for (Eigen::Index j = k + 1; j < columns; ++j) {
-      const double projection = tau * (triangle(k, j) + below.dot(block.col(j)));
-      triangle(k, j) -= projection;
-      block.col(j).noalias() -= projection * below;
+    const Eigen::Index rest = columns - k - 1;
+    if (rest == 0) break;
+    const double inverse = 1 / v0;
+    if (!std::isfinite(inverse)) {
+      below /= v0;
+    } else {
+      below *= inverse;
     }
+    auto trailing = block.rightCols(rest);
+    auto top = triangle.row(k).tail(rest);
+    auto projection = workspace.head(rest);
+    projection.noalias() = trailing.transpose() * below;
+    projection = tau * (projection + top.transpose());
+    top -= projection.transpose();
+    trailing.noalias() -= below * projection.transpose();
   }
+}
+
+/// A proof in O(p^2) that upper triangular r has rank p at this relative threshold, or false: |r^-1| is at
+/// most that of the comparison matrix (Higham, Accuracy and Stability, 2nd ed., section 8.2), whose inverse
+/// times the vector of ones is one substitution. The smallest pivot is at least the smallest singular value,
+/// and the largest the largest column.
+bool surely_full_rank(const Eigen::Ref<const Eigen::MatrixXd>& r, double threshold) {
+  const Eigen::Index p = r.cols();
+  std::array<double, max_proof_columns> x{};
+  if (p > static_cast<Eigen::Index>(x.size())) return false;
+  double inverse_norm = 0;  // Of rows: the infinity norm.
+  double largest_column = 0;
+  for (Eigen::Index i = p - 1; i >= 0; --i) x[static_cast<std::size_t>(i)] = 1;
+  for (Eigen::Index j = p - 1; j >= 0; --j) {
+    const double diagonal = std::abs(r(j, j));
+    if (!(diagonal > 0)) return false;
+    const double xj = x[static_cast<std::size_t>(j)] / diagonal;
+    inverse_norm = std::max(inverse_norm, xj);
+    double square = diagonal * diagonal;
+    for (Eigen::Index i = 0; i < j; ++i) {
+      x[static_cast<std::size_t>(i)] += std::abs(r(i, j)) * xj;
+      square += r(i, j) * r(i, j);
+    }
+    largest_column = std::max(largest_column, square);
+  }
+  // |r^-1|_2 <= sqrt(p) |r^-1|_inf; twice, against rounding here and in the pivoted factorisation.
+  const double bound = 2 * std::sqrt(static_cast<double>(p)) * inverse_norm * std::sqrt(largest_column);
+  return bound * threshold < 1;  // False for NaN and infinity, too.
 }
 
 }  // namespace
@@ -46,8 +87,9 @@ RowQr::RowQr(int columns) : columns_(columns), triangle_(Eigen::MatrixXd::Zero(c
 
 void RowQr::append(Eigen::Ref<Eigen::MatrixXd> rows) {
   assert(rows.cols() == columns_ + 1);
+  Eigen::VectorXd workspace(columns_ + 1);
   for (Eigen::Index begin = 0; begin < rows.rows(); begin += block_rows) {
-    annihilate(triangle_, rows.middleRows(begin, std::min(block_rows, rows.rows() - begin)));
+    annihilate(triangle_, rows.middleRows(begin, std::min(block_rows, rows.rows() - begin)), workspace);
   }
   rows_ += static_cast<std::size_t>(rows.rows());
 }
@@ -113,9 +155,22 @@ bool RowQr::remove_row(const double* row) {
   return true;
 }
 
+void RowQr::transform_columns(const Eigen::Ref<const Eigen::MatrixXd>& upper) {
+  assert(upper.rows() == columns_ && upper.cols() == columns_);
+  // In place: column j of the product needs columns up to j of R only, so the last is replaced first.
+  for (Eigen::Index j = columns_ - 1; j >= 0; --j) {
+    triangle_.col(j).head(j + 1) *= upper(j, j);
+    for (Eigen::Index k = 0; k < j; ++k) {
+      const double factor = upper(k, j);
+      if (factor != 0) triangle_.col(j).head(k + 1) += factor * triangle_.col(k).head(k + 1);
+    }
+  }
+}
+
 int RowQr::rank(int leading, double threshold) const {
   assert(leading >= 0 && leading <= columns_);
   if (leading == 0) return 0;
+  if (surely_full_rank(triangle_.topLeftCorner(leading, leading), threshold)) return leading;
   const Eigen::MatrixXd r = triangle_.topLeftCorner(leading, leading).triangularView<Eigen::Upper>();
   if (r.cwiseAbs().maxCoeff() == 0) return 0;
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(r);

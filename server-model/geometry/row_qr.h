@@ -23,6 +23,10 @@ class RowQr {
   /// ill-conditioned that it would lose more than half of the digits: then rebuild from the rows that remain.
   [[nodiscard]] bool remove_row(const double* row);
 
+  /// Makes R that of A * upper: new columns that are combinations of the old ones up to the same place; Q^T b
+  /// stays. O(p^3 / 3). Shape: columns x columns, upper triangular.
+  void transform_columns(const Eigen::Ref<const Eigen::MatrixXd>& upper);
+
   /// Upper triangular (R | Q^T b; 0 | rho), (columns + 1) x (columns + 1); |rho| is the residual norm.
   const Eigen::MatrixXd& triangle() const { return triangle_; }
 

@@ -9,6 +9,7 @@
 
 #include "server-model/geometry/pca_frame.h"
 #include "server-model/geometry/polynomial_fit.h"
+#include "server-model/geometry/polynomial_fitter.h"
 #include "server-model/geometry/residual_matching.h"
 
 namespace handloft::geometry {
