@@ -11,6 +11,7 @@
 #include "server-model/geometry/polynomial_fit.h"
 #include "server-model/geometry/residual_matching.h"
 #include "server-model/geometry/symmetry.h"
+#include "server-model/model/operations/fitting.h"
 #include "server-model/model/operations/operations.h"
 #include "server-model/model/validate.h"
 
@@ -21,7 +22,20 @@ namespace {
 // A10: beyond this the footprint is foreshortened by 6 % and more, and a surface over it begins to fold.
 constexpr double drift_warning_rad = 20.0 * std::numbers::pi / 180.0;
 
-enum class BasePlane { frozen, taken_anew };
+// A degenerate spectrum says nothing about the normal.
+double drift_between(const geometry::Frame& frozen, const geometry::PcaFrame& fresh) {
+  if (fresh.degenerate) return 0.0;
+  return std::acos(std::min(1.0, std::abs(frozen.normal().dot(fresh.frame.normal()))));
+}
+
+}  // namespace
+
+double frame_drift_rad(const geometry::Frame& frozen, const std::vector<geometry::WeightedPoint>& points) {
+  geometry::PcaOptions pca;
+  pca.previous = frozen;
+  const auto fresh = geometry::pca_frame(points, pca);
+  return fresh ? drift_between(frozen, *fresh) : 0.0;
+}
 
 bool finite(const FittedSurface& fit) {
   const auto coefficients = fit.surface.coefficients();
@@ -50,10 +64,7 @@ Result<std::shared_ptr<const FittedSurface>> fit_points(const DualShape& shape, 
   auto result = std::make_shared<FittedSurface>();
   const bool frozen = shape.fit && base_plane == BasePlane::frozen;
   result->frame = frozen ? shape.fit->frame : fresh->frame;
-  if (frozen && !fresh->degenerate) {
-    const double cosine = std::abs(result->frame.normal().dot(fresh->frame.normal()));
-    result->frame_drift_rad = std::acos(std::min(1.0, cosine));
-  }
+  if (frozen) result->frame_drift_rad = drift_between(result->frame, *fresh);
   for (geometry::WeightedPoint& point : points) point.position = result->frame.to_local(point.position);
 
   geometry::FitOptions options;
@@ -73,7 +84,6 @@ Result<std::shared_ptr<const FittedSurface>> fit_points(const DualShape& shape, 
   return std::shared_ptr<const FittedSurface>(std::move(result));
 }
 
-// The surface of the mirrored points, without fitting them: the same to the bit but for the frame (A12).
 std::shared_ptr<FittedSurface> mirror_image(const FittedSurface& fit, const geometry::Plane& plane) {
   auto image = std::make_shared<FittedSurface>(fit);
   image->frame = geometry::reflect_frame(fit.frame, plane);
@@ -82,7 +92,7 @@ std::shared_ptr<FittedSurface> mirror_image(const FittedSurface& fit, const geom
   return image;
 }
 
-void take(DualShape& shape, std::shared_ptr<const FittedSurface> fit, std::uint32_t degree) {
+void take_fit(DualShape& shape, std::shared_ptr<const FittedSurface> fit, std::uint32_t degree) {
   // The first fit shows the surface beside the points, so that something is seen to have happened.
   if (!shape.fit && shape.representation == Representation::points)
     shape.representation = Representation::both;
@@ -91,7 +101,7 @@ void take(DualShape& shape, std::shared_ptr<const FittedSurface> fit, std::uint3
   shape.stale = false;
 }
 
-void note(const DualShape& shape, std::vector<std::string>& notes) {
+void note_fit(const DualShape& shape, std::vector<std::string>& notes) {
   const FittedSurface& fit = *shape.fit;
   if (fit.surface.degree() < static_cast<int>(fit.requested_degree)) {
     notes.push_back(fmt::format("\"{}\": its points carry degree {} only, not {}", shape.id,
@@ -104,6 +114,12 @@ void note(const DualShape& shape, std::vector<std::string>& notes) {
   }
 }
 
+bool mirror_images(const DualShape& shape, const DualShape& partner) {
+  return shape.linked_from == 0 && partner.linked_from == 0 && shape.points.size() == partner.points.size();
+}
+
+namespace {
+
 Result<Outcome> fit_entity(const Document& document, const DualShape& before, std::uint32_t degree,
                            BasePlane base_plane, const std::string& field) {
   auto fitted = fit_points(before, degree, base_plane);
@@ -115,22 +131,19 @@ Result<Outcome> fit_entity(const Document& document, const DualShape& before, st
   Outcome outcome;
   outcome.document = document;
   DualShape shape = before;
-  take(shape, *fitted, degree);
-  note(shape, outcome.notes);
+  take_fit(shape, *fitted, degree);
+  note_fit(shape, outcome.notes);
   if (const DualPtr linked = linked_partner(document, shape)) {
     DualShape partner = *linked;
-    // All points of both came in pairs: the one is the mirror image of the other, and so are the surfaces.
-    const bool images =
-        shape.linked_from == 0 && partner.linked_from == 0 && shape.points.size() == partner.points.size();
-    if (images) {
+    if (mirror_images(shape, partner)) {
       auto image = mirror_image(*shape.fit, shape.plane);
       // A frozen plane stays frozen to the bit; mirroring it to and fro would let it wander by rounding.
       if (partner.fit && base_plane == BasePlane::frozen) image->frame = partner.fit->frame;
-      take(partner, std::move(image), degree);
+      take_fit(partner, std::move(image), degree);
       put(outcome.document, std::move(partner));
     } else if (auto own = fit_points(partner, degree, base_plane); own) {
-      take(partner, *own, degree);
-      note(partner, outcome.notes);
+      take_fit(partner, *own, degree);
+      note_fit(partner, outcome.notes);
       put(outcome.document, std::move(partner));
     } else {
       outcome.notes.push_back(fmt::format("\"{}\" could not be fitted: {}", partner.id, own.error().message));
@@ -141,6 +154,18 @@ Result<Outcome> fit_entity(const Document& document, const DualShape& before, st
 }
 
 }  // namespace
+
+Status refit(Document& document, std::string_view entity, std::string_view field,
+             std::vector<std::string>& notes) {
+  const DualPtr shape = document.find_dual(entity);
+  if (!shape || !shape->fitted()) return {};
+  auto outcome =
+      fit_entity(document, *shape, shape->fit->requested_degree, BasePlane::frozen, std::string(field));
+  if (!outcome) return outcome.error();
+  document = std::move(outcome->document);
+  notes.insert(notes.end(), outcome->notes.begin(), outcome->notes.end());
+  return {};
+}
 
 Result<Outcome> fit(const Document& document, const handloft::v1::Fit& request, const ApplyContext& context) {
   auto found = require_dual(document, request.entity(), "fit.entity");
@@ -161,7 +186,7 @@ Result<Outcome> fit(const Document& document, const handloft::v1::Fit& request, 
   Outcome outcome;
   if (done) {
     outcome.document = document;
-    note(shape, outcome.notes);
+    note_fit(shape, outcome.notes);
   } else {
     auto fitted = fit_entity(document, shape, degree, BasePlane::frozen, "fit.entity");
     if (!fitted) return fitted;
