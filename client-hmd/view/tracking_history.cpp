@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "client-hmd/view/tracking_feed.h"
+#include "common/codec/fingertips.h"
 
 namespace handloft::client {
 namespace {
@@ -86,18 +87,22 @@ void TrackingHistory::add_hand(const v1::HandState& hand, TimePoint time) {
   status.glove_present = hand.glove_present();
   status.battery_percent = std::min(hand.battery_percent(), 100U);
   status_.hand = status;
-  std::array<bool, finger_count> mentioned{};
-  for (const v1::FingertipState& tip : hand.fingertips()) {
-    const auto index = static_cast<std::size_t>(tip.finger());
-    if (index >= finger_count || mentioned[index]) continue;
-    mentioned[index] = true;
-    finger_states_[index] = tip.state();
-    if (!usable(tip.state())) continue;
+  const auto tips = codec::unpack_fingertips(hand);
+  if (!tips) {
+    ++status_.refused;
+    finger_states_.fill(v1::TRACKING_LOST);
+    return;
+  }
+  static_assert(codec::fingertip_count == finger_count);
+  for (std::size_t i = 0; i < finger_count; ++i) {
+    const codec::FingertipRecord& tip = (*tips)[i];
+    finger_states_[i] = tip.state;
+    if (!usable(tip.state)) continue;
     MeasuredPose sample;
     sample.time = time;
-    sample.pose.position = vector_of(tip.position());
-    sample.linear_velocity = vector_of(tip.velocity());
-    push(fingers_[index], sample);
+    sample.pose.position = {tip.position_m[0], tip.position_m[1], tip.position_m[2]};
+    sample.linear_velocity = {tip.velocity_m_s[0], tip.velocity_m_s[1], tip.velocity_m_s[2]};
+    push(fingers_[i], sample);
   }
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/codec/fingertips.h"
+
 namespace handloft::tracking {
 
 namespace {
@@ -72,17 +74,20 @@ void fill(const FusedHead& head, v1::HeadState& to) {
 }
 
 void fill(const FusedHand& hand, v1::HandState& to) {
-  for (int finger = 0; finger < finger_count; ++finger) {
-    const FusedTip& tip = hand.tips[static_cast<std::size_t>(finger)];
-    v1::FingertipState& tip_message = *to.add_fingertips();
-    tip_message.set_finger(static_cast<v1::Finger>(finger));
-    tip_message.set_state(to_message(tip.state));
-    tip_message.set_camera_mask(tip.camera_mask);
-    if (tip.state == TrackingState::lost) continue;
-    set(tip.position_m, *tip_message.mutable_position());
-    set(tip.velocity_m_s, *tip_message.mutable_velocity());
-    append_upper_triangle(tip.covariance_m2, *tip_message.mutable_covariance());
+  codec::Fingertips tips;
+  static_assert(codec::fingertip_count == static_cast<std::size_t>(finger_count));
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    const FusedTip& from = hand.tips[i];
+    tips[i].state = to_message(from.state);
+    tips[i].camera_mask = from.camera_mask;
+    Eigen::Map<Eigen::Vector3d>(tips[i].position_m.data()) = from.position_m;
+    Eigen::Map<Eigen::Vector3f>(tips[i].velocity_m_s.data()) = from.velocity_m_s.cast<float>();
+    const Eigen::Matrix3d& covariance = from.covariance_m2;
+    tips[i].covariance_m2 = {static_cast<float>(covariance(0, 0)), static_cast<float>(covariance(0, 1)),
+                             static_cast<float>(covariance(0, 2)), static_cast<float>(covariance(1, 1)),
+                             static_cast<float>(covariance(1, 2)), static_cast<float>(covariance(2, 2))};
   }
+  codec::pack_fingertips(tips, to);
   to.set_gesture(to_message(hand));
   to.set_gesture_since_ns(to_ns(hand.gesture_since));
   to.set_pressure(hand.pressure);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "common/codec/fingertips.h"
+
 namespace handloft::interaction {
 namespace {
 
@@ -26,30 +28,33 @@ Result<std::optional<HandSample>> read_hand(const v1::TrackingFrame& frame, int 
   const std::string name = fmt::format("hands[{}]", index);
   HandSample sample;
   sample.capture_time = from_ns(frame.capture_time_ns());
-  for (int i = 0; i < hand.fingertips_size(); ++i) {
-    const v1::FingertipState& tip = hand.fingertips(i);
-    if (!usable(tip.state())) continue;  // its position must not even be looked at
-    const std::string tip_name = fmt::format("{}.fingertips[{}]", name, i);
-    const auto finger = static_cast<std::size_t>(tip.finger());
-    if (tip.finger() < 0 || finger >= finger_count) {
-      return bad(tip_name + ".finger", static_cast<double>(tip.finger()), "0..4");
-    }
-    if (sample.fingertips[finger])
-      return bad(tip_name + ".finger", static_cast<double>(tip.finger()), "each finger once");
-    const Eigen::Vector3d position(tip.position().x(), tip.position().y(), tip.position().z());
+  const auto tips = codec::unpack_fingertips(hand);
+  if (!tips) {
+    Error error = tips.error();
+    error.field = fmt::format("{}.{}", name, error.field);
+    return error;
+  }
+  static_assert(codec::fingertip_count == finger_count);
+  for (std::size_t i = 0; i < finger_count; ++i) {
+    const codec::FingertipRecord& tip = (*tips)[i];
+    if (!usable(tip.state)) continue;  // its position must not even be looked at
+    const Eigen::Vector3d position(tip.position_m.data());
     for (int axis = 0; axis < 3; ++axis) {
       if (!(std::abs(position[axis]) <= limits.max_distance_m)) {
-        return bad(fmt::format("{}.position.{}", tip_name, "xyz"[axis]), position[axis],
-                   "a number within reach of the table");
+        return bad(fmt::format("{}.fingertip_positions[{}]", name, 3 * i + static_cast<std::size_t>(axis)),
+                   position[axis], "a number within reach of the table");
       }
     }
-    sample.fingertips[finger] = Fingertip{position, tip.state() != v1::TRACKING_PREDICTED};
+    sample.fingertips[i] = Fingertip{position, tip.state != v1::TRACKING_PREDICTED};
   }
   sample.gesture = hand.gesture();
   if (!(hand.pressure() >= 0.0 && hand.pressure() <= 1.0))
     return bad(name + ".pressure", hand.pressure(), "0..1");
   sample.pressure = hand.pressure();
   sample.pressing = hand.pressing();
+  if (!(hand.potentiometer() >= 0.0 && hand.potentiometer() <= 1.0))
+    return bad(name + ".potentiometer", hand.potentiometer(), "0..1");
+  sample.potentiometer = hand.potentiometer();
   return std::optional<HandSample>(sample);
 }
 

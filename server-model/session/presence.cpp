@@ -1,14 +1,16 @@
 #include "server-model/session/presence.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
+
+#include "common/codec/fingertips.h"
 
 namespace handloft::session {
 namespace {
 
 constexpr std::size_t max_text_bytes = 256;
-constexpr int max_fingertips = 5;
 
 bool finite(const v1::Vec3& v) {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
@@ -29,16 +31,15 @@ void shorten(std::string& text) {
 }
 
 void clean_hand(v1::HandState& hand) {
-  if (hand.fingertips_size() > max_fingertips) {
-    hand.mutable_fingertips()->DeleteSubrange(max_fingertips, hand.fingertips_size() - max_fingertips);
+  auto tips = codec::unpack_fingertips(hand);
+  if (!tips) tips = codec::Fingertips{};
+  for (codec::FingertipRecord& tip : *tips) {
+    const bool good = std::ranges::all_of(tip.position_m, [](double v) { return std::isfinite(v); }) &&
+                      std::ranges::all_of(tip.velocity_m_s, [](float v) { return std::isfinite(v); });
+    if (!good) tip.state = v1::TRACKING_LOST;
   }
-  for (v1::FingertipState& tip : *hand.mutable_fingertips()) {
-    tip.clear_covariance();
-    if (finite(tip.position()) && finite(tip.velocity())) continue;
-    tip.clear_position();
-    tip.clear_velocity();
-    tip.set_state(v1::TRACKING_LOST);
-  }
+  codec::pack_fingertips(*tips, hand);
+  hand.clear_fingertip_covariances();
   if (!std::isfinite(hand.pressure())) hand.set_pressure(0.0);
   if (!std::isfinite(hand.potentiometer())) hand.set_potentiometer(0.0);
 }

@@ -34,13 +34,9 @@ class HandScript {
     state.set_pressing(pressing);
     state.set_pressure(pressure);
     const auto tips = fingertips(centre);
-    for (int i = 0; i < 5; ++i) {
-      v1::FingertipState& tip = *state.add_fingertips();
-      tip.set_finger(static_cast<v1::Finger>(i));
-      tip.set_state(v1::TRACKING_TRACKED);
-      tip.mutable_position()->set_x(tips[static_cast<std::size_t>(i)].x());
-      tip.mutable_position()->set_y(tips[static_cast<std::size_t>(i)].y());
-      tip.mutable_position()->set_z(tips[static_cast<std::size_t>(i)].z());
+    for (const Eigen::Vector3d& tip : tips) {
+      state.add_fingertip_states(v1::TRACKING_TRACKED);
+      for (const double coordinate : tip) state.add_fingertip_positions(coordinate);
     }
     return frame;
   }
@@ -66,9 +62,8 @@ class HandScript {
 
 /// Takes a fingertip out of sight.
 inline v1::TrackingFrame without_finger(v1::TrackingFrame frame, int finger) {
-  v1::FingertipState& tip = *frame.mutable_hands(0)->mutable_fingertips(finger);
-  tip.set_state(v1::TRACKING_LOST);
-  tip.mutable_position()->set_x(9.0);  // whatever stands there must not be used
+  frame.mutable_hands(0)->set_fingertip_states(finger, v1::TRACKING_LOST);
+  frame.mutable_hands(0)->set_fingertip_positions(3 * finger, 9.0);  // whatever stands there must not be used
   return frame;
 }
 

@@ -19,10 +19,9 @@ v1::TrackingFrame frame(int ms) {
   v1::HandState& hand = *out.add_hands();
   hand.set_pressure(0.4);
   for (int i = 0; i < 5; ++i) {
-    v1::FingertipState& tip = *hand.add_fingertips();
-    tip.set_finger(static_cast<v1::Finger>(i));
-    tip.set_state(i == 4 ? v1::TRACKING_PREDICTED : v1::TRACKING_TRACKED);
-    tip.mutable_position()->set_z(0.01 * i + 0.0001 * ms);
+    hand.add_fingertip_states(i == 4 ? v1::TRACKING_PREDICTED : v1::TRACKING_TRACKED);
+    for (const double coordinate : {0.0, 0.0, 0.01 * i + 0.0001 * ms})
+      hand.add_fingertip_positions(coordinate);
   }
   v1::CameraState& camera = *out.add_cameras();
   camera.set_camera(2);
@@ -72,7 +71,7 @@ TEST(TrackingHistory, ShiftsTheDaemonsTimesToOurs) {
 TEST(TrackingHistory, ALostFingerIsAbsent) {
   TrackingHistory history;
   v1::TrackingFrame lost = frame(0);
-  lost.mutable_hands(0)->mutable_fingertips(1)->set_state(v1::TRACKING_LOST);
+  lost.mutable_hands(0)->set_fingertip_states(1, v1::TRACKING_LOST);
   history.add(lost, Duration::zero(), at(1));
   EXPECT_FALSE(history.fingers_at(at(0))[1]);
   EXPECT_TRUE(history.fingers_at(at(0))[0]);
@@ -115,8 +114,7 @@ TEST(TrackingHistory, PassesOverNonsenseAndCountsIt) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   bad.mutable_head()->mutable_world_from_head()->mutable_position()->set_x(nan);
   bad.mutable_hands(0)->set_pressure(nan);
-  bad.mutable_hands(0)->mutable_fingertips(0)->mutable_position()->set_y(nan);
-  bad.mutable_hands(0)->mutable_fingertips(1)->set_finger(static_cast<v1::Finger>(77));
+  bad.mutable_hands(0)->set_fingertip_positions(1, nan);
   bad.mutable_cameras(0)->set_fx_px(nan);
   for (std::uint32_t i = 0; i < 100; ++i) {
     v1::CameraState& camera = *bad.add_cameras();

@@ -1,6 +1,7 @@
 // The fused state as a message (T14): whole, in the order that the proto promises, nothing of what is lost.
 
 #include "daemon-tracking/publish/tracking_message.h"
+#include "common/codec/fingertips.h"
 
 #include <gtest/gtest.h>
 
@@ -54,13 +55,14 @@ TEST(TrackingMessage, CarriesTheWholeStateT14) {
   EXPECT_EQ(frame.head().covariance(20), 35.0F);
   ASSERT_EQ(frame.hands_size(), 1);
   const v1::HandState& hand = frame.hands(0);
-  ASSERT_EQ(hand.fingertips_size(), 5);
-  for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(hand.fingertips(i).finger(), static_cast<v1::Finger>(i));
-    EXPECT_EQ(hand.fingertips(i).position().x(), i);
-    EXPECT_EQ(hand.fingertips(i).velocity().y(), -1);
-    EXPECT_EQ(hand.fingertips(i).covariance_size(), 6);
+  const auto tips = codec::unpack_fingertips(hand);
+  ASSERT_TRUE(tips.ok());
+  for (std::size_t i = 0; i < tips->size(); ++i) {
+    EXPECT_EQ((*tips)[i].state, v1::TRACKING_SINGLE);
+    EXPECT_EQ((*tips)[i].position_m[0], static_cast<double>(i));
+    EXPECT_EQ((*tips)[i].velocity_m_s[1], -1.0F);
   }
+  EXPECT_EQ(hand.fingertip_covariances_size(), 5 * 6);
   EXPECT_EQ(hand.gesture(), v1::GESTURE_POINTING);
   EXPECT_EQ(hand.gesture_since_ns(), 77);
   EXPECT_EQ(hand.pressure(), 0.75);
@@ -153,9 +155,11 @@ TEST(TrackingMessage, WhatIsLostHasNoValueT6) {
   state.hand.tips[1].state = TrackingState::lost;
   state.head.orientation_valid = false;
   const v1::TrackingFrame frame = message_of(state);
-  EXPECT_EQ(frame.hands(0).fingertips(1).state(), v1::TRACKING_LOST);
-  EXPECT_FALSE(frame.hands(0).fingertips(1).has_position());
-  EXPECT_TRUE(frame.hands(0).fingertips(2).has_position());
+  const auto tips = codec::unpack_fingertips(frame.hands(0));
+  ASSERT_TRUE(tips.ok());
+  EXPECT_EQ((*tips)[1].state, v1::TRACKING_LOST);
+  EXPECT_EQ((*tips)[1].position_m, (std::array<double, 3>{}));
+  EXPECT_EQ((*tips)[2].position_m[0], 2.0);
   EXPECT_FALSE(frame.head().has_world_from_head());
 }
 

@@ -121,7 +121,7 @@ TEST_F(InteractionTest, no_point_before_all_fingers_were_seen_or_from_prediction
   send(test::without_finger(script_.laying({0, 0, 0.1}), 1));
   EXPECT_FALSE(model_.has_provisional());
   v1::TrackingFrame predicted = script_.laying({0, 0, 0.1});
-  for (auto& tip : *predicted.mutable_hands(0)->mutable_fingertips()) tip.set_state(v1::TRACKING_PREDICTED);
+  for (int i = 0; i < 5; ++i) predicted.mutable_hands(0)->set_fingertip_states(i, v1::TRACKING_PREDICTED);
   send(predicted);
   EXPECT_FALSE(model_.has_provisional());
   send(script_.laying({0, 0, 0.1}));  // negative control: this one counts
@@ -131,11 +131,10 @@ TEST_F(InteractionTest, no_point_before_all_fingers_were_seen_or_from_prediction
 TEST_F(InteractionTest, frames_with_nan_are_ignored_counted_and_named) {
   lay(3);
   v1::TrackingFrame bad = script_.laying({0, 0, 0.1});
-  bad.mutable_hands(0)->mutable_fingertips(2)->mutable_position()->set_y(
-      std::numeric_limits<double>::quiet_NaN());
+  bad.mutable_hands(0)->set_fingertip_positions(7, std::numeric_limits<double>::quiet_NaN());
   const FrameOutcome outcome = send(bad);
   ASSERT_EQ(outcome.problems.size(), 1U);
-  EXPECT_THAT(outcome.problems[0], HasSubstr("hands[0].fingertips[2].position.y"));
+  EXPECT_THAT(outcome.problems[0], HasSubstr("hands[0].fingertip_positions[7]"));
   bad = script_.laying({0, 0, 0.1}, 1.5);
   EXPECT_THAT(send(bad).problems.at(0), HasSubstr("hands[0].pressure"));
   send(script_.resting());

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "common/codec/fingertips.h"
 #include "server-model/session/latency.h"
 #include "server-model/session/presence.h"
 #include "server-model/session/remote_target.h"
@@ -37,22 +38,26 @@ TEST(LatencyTest, nothing_and_absurd_durations_are_harmless) {
 
 TEST(PresenceTest, bad_numbers_become_lost_and_good_ones_stay) {
   v1::Presence presence;
-  for (int i = 0; i < 9; ++i) {
-    v1::FingertipState& tip = *presence.mutable_hand()->add_fingertips();
-    tip.set_state(v1::TRACKING_TRACKED);
-    tip.mutable_position()->set_x(0.25);
-    tip.add_covariance(1.0);
+  codec::Fingertips tips;
+  for (codec::FingertipRecord& tip : tips) {
+    tip.state = v1::TRACKING_TRACKED;
+    tip.position_m = {0.25, 0.0, 0.0};
+    tip.covariance_m2.fill(1.0F);
   }
-  presence.mutable_hand()->mutable_fingertips(1)->mutable_velocity()->set_z(
-      std::numeric_limits<double>::infinity());
+  tips[1].velocity_m_s[2] = std::numeric_limits<float>::infinity();
+  codec::pack_fingertips(tips, *presence.mutable_hand());
   presence.mutable_hand()->set_pressure(std::numeric_limits<double>::quiet_NaN());
   const v1::Presence clean = clean_presence(presence);
-  ASSERT_EQ(clean.hand().fingertips_size(), 5);
-  EXPECT_EQ(clean.hand().fingertips(0).state(), v1::TRACKING_TRACKED);
-  EXPECT_EQ(clean.hand().fingertips(0).position().x(), 0.25);
-  EXPECT_EQ(clean.hand().fingertips(0).covariance_size(), 0);
-  EXPECT_EQ(clean.hand().fingertips(1).state(), v1::TRACKING_LOST);
+  const auto kept = codec::unpack_fingertips(clean.hand());
+  ASSERT_TRUE(kept.ok());
+  EXPECT_EQ((*kept)[0].state, v1::TRACKING_TRACKED);
+  EXPECT_EQ((*kept)[0].position_m[0], 0.25);
+  EXPECT_TRUE(clean.hand().fingertip_covariances().empty());
+  EXPECT_EQ((*kept)[1].state, v1::TRACKING_LOST);
   EXPECT_EQ(clean.hand().pressure(), 0.0);
+  presence.mutable_hand()->add_fingertip_positions(1.0);
+  for (const int state : clean_presence(presence).hand().fingertip_states())
+    EXPECT_EQ(state, v1::TRACKING_LOST);
 }
 
 TEST(PresenceTest, long_names_are_cut_between_characters) {
