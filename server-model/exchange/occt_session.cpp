@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <IGESControl_Controller.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <STEPControl_Controller.hxx>
@@ -21,7 +22,8 @@ std::mutex& library_mutex() {
 
 OcctSession::OcctSession() : lock_(library_mutex()) {
   Message::DefaultMessenger()->ChangePrinters().Clear();
-  STEPControl_Controller::Init();  // Registers the settings; later calls do nothing.
+  STEPControl_Controller::Init();  // Register the settings; later calls do nothing.
+  IGESControl_Controller::Init();
 }
 
 Status guarded(const char* doing, const std::function<Status()>& work) {
@@ -45,6 +47,6 @@ Status guarded(const char* doing, const std::function<Status()>& work) {
 /// The library keeps its registries and some translation objects until the process ends; not ours to free.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
-  return "leak:libTKernel\nleak:libTKXSBase\nleak:libTKSTEP\n";
+  return "leak:libTKernel\nleak:libTKXSBase\nleak:libTKSTEP\nleak:libTKIGES\n";
 }
 #endif

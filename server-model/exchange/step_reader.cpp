@@ -12,10 +12,13 @@
 #include <GProp_GProps.hxx>
 #include <Geom2d_Curve.hxx>
 #include <IFSelect_ReturnStatus.hxx>
+#include <IGESControl_Reader.hxx>
+#include <IGESData_IGESEntity.hxx>
 #include <Interface_Static.hxx>
 #include <Precision.hxx>
 #include <STEPControl_Reader.hxx>
 #include <StepRepr_RepresentationItem.hxx>
+#include <TCollection_AsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
@@ -23,6 +26,8 @@
 #include <TopoDS_Face.hxx>
 #include <XSControl_TransferReader.hxx>
 #include <XSControl_WorkSession.hxx>
+#include <functional>
+#include <string>
 #include <system_error>
 
 #include "server-model/exchange/occt_session.h"
@@ -83,12 +88,28 @@ StepFace describe(const TopoDS_Face& shape, const StepReadOptions& options) {
   return face;
 }
 
-Status read(const std::filesystem::path& path, const StepReadOptions& options, StepContent& content) {
+std::string name_of(const Handle(Standard_Transient) & origin) {
+  if (const Handle(StepRepr_RepresentationItem) item = Handle(StepRepr_RepresentationItem)::DownCast(origin);
+      !item.IsNull()) {
+    return item->Name().IsNull() ? "" : item->Name()->ToCString();
+  }
+  if (const Handle(IGESData_IGESEntity) entity = Handle(IGESData_IGESEntity)::DownCast(origin);
+      !entity.IsNull()) {
+    if (!entity->HasShortLabel()) return "";
+    TCollection_AsciiString label = entity->ShortLabel()->ToCString();
+    label.LeftAdjust();  // IGES fills up with spaces.
+    label.RightAdjust();
+    return label.ToCString();
+  }
+  return "";
+}
+
+Status read(XSControl_Reader& reader, const char* format, const std::filesystem::path& path,
+            const StepReadOptions& options, StepContent& content) {
   Interface_Static::SetCVal("xstep.cascade.unit", "MM");
-  STEPControl_Reader reader;
   if (reader.ReadFile(path.c_str()) != IFSelect_RetDone || reader.TransferRoots() < 1) {
-    return make_error(ErrorCode::data_corrupt, fmt::format("{} is no STEP file with shapes", path.string()),
-                      "path");
+    return make_error(ErrorCode::data_corrupt,
+                      fmt::format("{} is no {} file with shapes", path.string(), format), "path");
   }
   const TopoDS_Shape whole = reader.OneShape();
   if (whole.IsNull()) {
@@ -102,9 +123,7 @@ Status read(const std::filesystem::path& path, const StepReadOptions& options, S
                         fmt::format("{} has more than {} faces", path.string(), options.max_faces), "path");
     }
     content.faces.push_back(describe(TopoDS::Face(faces.Current()), options));
-    const Handle(StepRepr_RepresentationItem) item =
-        Handle(StepRepr_RepresentationItem)::DownCast(origin->EntityFromShapeResult(faces.Current(), 1));
-    if (!item.IsNull() && !item->Name().IsNull()) content.faces.back().name = item->Name()->ToCString();
+    content.faces.back().name = name_of(origin->EntityFromShapeResult(faces.Current(), 1));
   }
   if (content.faces.empty()) {
     return make_error(ErrorCode::data_corrupt, fmt::format("{} has no face", path.string()), "path");
@@ -112,9 +131,9 @@ Status read(const std::filesystem::path& path, const StepReadOptions& options, S
   return {};
 }
 
-}  // namespace
-
-Result<StepContent> read_step(const std::filesystem::path& path, const StepReadOptions& options) {
+Result<StepContent> read_any(const char* format, const std::filesystem::path& path,
+                             const StepReadOptions& options,
+                             const std::function<Status(StepContent&)>& read_content) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {
     return make_error(ErrorCode::not_found, fmt::format("there is no file {}", path.string()), "path");
@@ -128,9 +147,26 @@ Result<StepContent> read_step(const std::filesystem::path& path, const StepReadO
   }
   const detail::OcctSession session;
   StepContent content;
-  Status status = detail::guarded("reading STEP", [&] { return read(path, options, content); });
+  Status status =
+      detail::guarded(fmt::format("reading {}", format).c_str(), [&] { return read_content(content); });
   if (!status.ok()) return status.error();
   return content;
+}
+
+}  // namespace
+
+Result<StepContent> read_step(const std::filesystem::path& path, const StepReadOptions& options) {
+  return read_any("STEP", path, options, [&](StepContent& content) {
+    STEPControl_Reader reader;
+    return read(reader, "STEP", path, options, content);
+  });
+}
+
+Result<StepContent> read_iges(const std::filesystem::path& path, const StepReadOptions& options) {
+  return read_any("IGES", path, options, [&](StepContent& content) {
+    IGESControl_Reader reader;
+    return read(reader, "IGES", path, options, content);
+  });
 }
 
 }  // namespace handloft::exchange

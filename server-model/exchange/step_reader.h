@@ -1,6 +1,6 @@
 #pragma once
-// Reads STEP files back and looks at their faces: for tests, tools and checking what we exported. Not an
-// editor.
+// Reads STEP and IGES files back and looks at their faces: for tests, tools and checking what we exported.
+// Not an editor.
 
 #include <cstddef>
 #include <filesystem>
@@ -37,5 +37,8 @@ struct StepReadOptions {
 
 /// Errors: not_found, io, data_corrupt (not STEP, or no face in it), resource_exhausted.
 Result<StepContent> read_step(const std::filesystem::path& path, const StepReadOptions& options = {});
+
+/// The same of an IGES file; a face's name is its label.
+Result<StepContent> read_iges(const std::filesystem::path& path, const StepReadOptions& options = {});
 
 }  // namespace handloft::exchange

@@ -1,0 +1,321 @@
+#include "server-model/exchange/reference_import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "server-model/exchange/raw_triangles.h"
+
+namespace handloft::exchange {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Status check_options(const ReferenceOptions& options) {
+  const bool scale = options.scale == 0 || (std::isfinite(options.scale) && options.scale > 0);
+  if (!scale) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {}, expected metres per unit above 0, or 0", options.scale),
+                      "scale");
+  }
+  if (!options.translation.allFinite()) {
+    return make_error(ErrorCode::invalid_argument, "found a number that is not finite", "translation");
+  }
+  constexpr std::size_t most = 1U << 28U;  // So that six times as many still are numbers of 32 bits.
+  if (options.max_vertices > most || options.max_triangles > most || !(options.weld_tolerance >= 1e-9) ||
+      !(options.weld_tolerance <= 1e-2) || !(options.chord_tolerance_m > 0) ||
+      !(options.chord_fraction >= 1e-6)) {
+    return make_error(ErrorCode::invalid_argument, "found limits or tolerances out of range", "options");
+  }
+  return {};
+}
+
+Result<std::vector<std::byte>> read_bounded(const fs::path& path, std::size_t most) {
+  std::error_code failed;
+  const fs::file_status kind = fs::status(path, failed);
+  if (kind.type() == fs::file_type::not_found) {
+    return make_error(ErrorCode::not_found, "there is no such file", "path");
+  }
+  if (failed || kind.type() != fs::file_type::regular) {
+    return make_error(ErrorCode::io, failed ? failed.message() : "found something that is not a file",
+                      "path");
+  }
+  std::ifstream stream(path, std::ios::binary | std::ios::ate);
+  const auto size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
+  if (size < 0) return make_error(ErrorCode::io, "the file cannot be read", "path");
+  if (static_cast<std::size_t>(size) > most) {
+    return make_error(ErrorCode::resource_exhausted,
+                      fmt::format("found {} bytes, expected at most {}", size, most), "path");
+  }
+  std::vector<std::byte> content(static_cast<std::size_t>(size));
+  stream.seekg(0);
+  if (size > 0 && !stream.read(reinterpret_cast<char*>(content.data()), size)) {
+    return make_error(ErrorCode::io, "the file cannot be read", "path");
+  }
+  return content;
+}
+
+std::string_view as_text(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// The next line without its end; `text` loses it.
+std::string_view take_line(std::string_view& text) {
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
+}
+
+std::string_view take_word(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+  const std::size_t end = std::min(line.find_first_of(" \t"), line.size());
+  const std::string_view word = line.substr(0, end);
+  line.remove_prefix(end);
+  return word;
+}
+
+/// A PLY's header says how much follows, and the reader makes room for it before it looks.
+Status check_ply(std::span<const std::byte> content, const ReferenceOptions& options) {
+  std::string_view text = as_text(content);
+  if (take_line(text) != "ply") {
+    return make_error(ErrorCode::data_corrupt, "found no \"ply\" in the first line, expected a PLY file",
+                      "path");
+  }
+  constexpr int max_header_lines = 1000;
+  std::size_t vertices = 0;
+  std::size_t faces = 0;
+  bool element_is_empty = false;
+  for (int i = 0; i < max_header_lines && !text.empty(); ++i) {
+    std::string_view line = take_line(text);
+    const std::string_view keyword = take_word(line);
+    if (keyword == "property") element_is_empty = false;
+    if ((keyword == "element" || keyword == "end_header") && element_is_empty) break;
+    if (keyword == "end_header") {
+      if (vertices + faces > text.size()) {
+        return make_error(ErrorCode::data_corrupt,
+                          fmt::format("the header promises {} elements, but {} bytes follow",
+                                      vertices + faces, text.size()),
+                          "path");
+      }
+      return detail::check_counts(vertices, faces, options);
+    }
+    if (keyword != "element") continue;
+    element_is_empty = true;
+    const std::string_view name = take_word(line);
+    const std::string_view count = take_word(line);
+    constexpr std::size_t digits = 9;
+    if (count.empty() || count.size() > digits ||
+        !std::all_of(count.begin(), count.end(), [](char c) { return c >= '0' && c <= '9'; })) {
+      return make_error(ErrorCode::resource_exhausted,
+                        "an element's count is not a number of at most nine digits", "path");
+    }
+    std::size_t value = 0;
+    for (const char c : count) value = 10 * value + static_cast<std::size_t>(c - '0');
+    (name == "vertex" ? vertices : faces) += value;
+  }
+  return make_error(ErrorCode::data_corrupt, "the header does not end, or has an element without properties",
+                    "path");
+}
+
+/// Each of an OBJ's lines takes some hundred bytes when read.
+Status check_obj(std::span<const std::byte> content, const ReferenceOptions& options) {
+  std::string_view text = as_text(content);
+  std::size_t vertices = 0;
+  std::size_t faces = 0;
+  constexpr std::size_t max_line = 65536;  // A polygon of thousands of corners.
+  while (!text.empty()) {
+    std::string_view line = take_line(text);
+    if (line.size() > max_line) {
+      return make_error(ErrorCode::data_corrupt,
+                        fmt::format("found a line of {} bytes, expected at most {}", line.size(), max_line),
+                        "path");
+    }
+    const std::string_view keyword = take_word(line);
+    vertices += keyword == "v" ? 1U : 0U;
+    faces += keyword == "f" ? 1U : 0U;
+  }
+  if (vertices == 0 || faces == 0) {
+    return make_error(
+        ErrorCode::data_corrupt,
+        fmt::format("found {} vertices and {} faces, expected an OBJ file with some", vertices, faces),
+        "path");
+  }
+  return detail::check_counts(vertices, faces, options);
+}
+
+/// Binary STL says how many triangles follow; anything else must begin as text does.
+Status check_stl(std::span<const std::byte> content, const ReferenceOptions& options) {
+  constexpr std::size_t header = 84;
+  constexpr std::size_t triangle = 50;
+  if (content.size() >= header) {
+    std::uint32_t count = 0;
+    for (std::size_t k = 0; k < 4; ++k) count |= std::to_integer<std::uint32_t>(content[80 + k]) << (8U * k);
+    if (content.size() == header + triangle * std::size_t{count}) {
+      return detail::check_counts(0, count, options);
+    }
+  }
+  std::string_view text = as_text(content);
+  if (take_word(text).substr(0, 5) != "solid") {
+    return make_error(
+        ErrorCode::data_corrupt,
+        "found neither \"solid\" nor a length that fits the number of triangles, expected an STL file",
+        "path");
+  }
+  return {};
+}
+
+Result<detail::RawTriangles> read_mesh(std::span<const std::byte> content, ReferenceFormat format,
+                                       const ReferenceOptions& options, const FindBuffer& find_buffer) {
+  detail::FilesInMemory files;
+  std::string extension;
+  Status checked;
+  switch (format) {
+    case ReferenceFormat::obj:
+      extension = "obj";
+      checked = check_obj(content, options);
+      break;
+    case ReferenceFormat::stl:
+      extension = "stl";
+      checked = check_stl(content, options);
+      break;
+    case ReferenceFormat::ply:
+      extension = "ply";
+      checked = check_ply(content, options);
+      break;
+    case ReferenceFormat::gltf:
+    case ReferenceFormat::glb: {
+      auto reduced = detail::geometry_of_gltf(content, format, options, find_buffer);
+      if (!reduced) return reduced.error();
+      return detail::read_with_assimp(*reduced, "main.gltf", "gltf", options);
+    }
+    default:
+      return make_error(ErrorCode::unsupported, "STEP and IGES are read from files only", "path");
+  }
+  if (!checked) return checked.error();
+  const std::string name = "main." + extension;
+  files[name].assign(content.begin(), content.end());
+  return detail::read_with_assimp(files, name, extension, options);
+}
+
+bool knows_up(ReferenceFormat format) {
+  return format == ReferenceFormat::gltf || format == ReferenceFormat::glb;
+}
+
+Result<ImportedReference> placed(const detail::RawTriangles& raw, ReferenceFormat format,
+                                 const ReferenceOptions& options) {
+  const double metres_per_unit = options.scale > 0 ? options.scale : 1.0;
+  return detail::place_in_world(raw, metres_per_unit, knows_up(format) ? UpAxis::y : options.up, options);
+}
+
+Error named(Error error, const fs::path& path) {
+  if (error.field == "path") error.message = fmt::format("{}: {}", path.filename().string(), error.message);
+  return error;
+}
+
+Result<ImportedReference> import_cad(const fs::path& path, ReferenceFormat format,
+                                     const ReferenceOptions& options) {
+  std::error_code failed;
+  const fs::file_status kind = fs::status(path, failed);
+  if (kind.type() == fs::file_type::not_found) {
+    return make_error(ErrorCode::not_found, "there is no such file", "path");
+  }
+  const auto size = kind.type() == fs::file_type::regular ? fs::file_size(path, failed) : 0;
+  if (failed || kind.type() != fs::file_type::regular) {
+    return make_error(ErrorCode::io, failed ? failed.message() : "found something that is not a file",
+                      "path");
+  }
+  if (size > options.max_file_bytes) {
+    return make_error(ErrorCode::resource_exhausted,
+                      fmt::format("found {} bytes, expected at most {}", size, options.max_file_bytes),
+                      "path");
+  }
+  auto raw = detail::tessellate_cad_file(path, format, options);
+  if (!raw) return raw.error();
+  return placed(*raw, format, options);
+}
+
+}  // namespace
+
+Result<ReferenceFormat> reference_format(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array<std::pair<std::string_view, ReferenceFormat>, 9> known{{
+      {".obj", ReferenceFormat::obj},
+      {".stl", ReferenceFormat::stl},
+      {".ply", ReferenceFormat::ply},
+      {".gltf", ReferenceFormat::gltf},
+      {".glb", ReferenceFormat::glb},
+      {".step", ReferenceFormat::step},
+      {".stp", ReferenceFormat::step},
+      {".iges", ReferenceFormat::iges},
+      {".igs", ReferenceFormat::iges},
+  }};
+  for (const auto& [name, format] : known) {
+    if (extension == name) return format;
+  }
+  return make_error(
+      ErrorCode::unsupported,
+      fmt::format("found the extension \"{}\", expected .obj, .stl, .ply, .gltf, .glb, .step, .stp, "
+                  ".iges or .igs",
+                  extension),
+      "path");
+}
+
+Result<ImportedReference> parse_reference(std::span<const std::byte> content, ReferenceFormat format,
+                                          const ReferenceOptions& options, const FindBuffer& find_buffer) {
+  if (Status status = check_options(options); !status) return status.error();
+  if (content.size() > options.max_file_bytes) {
+    return make_error(
+        ErrorCode::resource_exhausted,
+        fmt::format("found {} bytes, expected at most {}", content.size(), options.max_file_bytes), "path");
+  }
+  auto raw = read_mesh(content, format, options, find_buffer);
+  if (!raw) return raw.error();
+  return placed(*raw, format, options);
+}
+
+Result<ImportedReference> import_reference(const fs::path& path, const ReferenceOptions& options) {
+  if (Status status = check_options(options); !status) return status.error();
+  auto format = reference_format(path);
+  if (!format) return named(format.error(), path);
+  if (*format == ReferenceFormat::step || *format == ReferenceFormat::iges) {
+    auto imported = import_cad(path, *format, options);
+    if (!imported) return named(imported.error(), path);
+    return imported;
+  }
+  auto content = read_bounded(path, options.max_file_bytes);
+  if (!content) return named(content.error(), path);
+  const FindBuffer find_buffer = [&](const std::string& name,
+                                     std::size_t most) -> Result<std::vector<std::byte>> {
+    const fs::path buffer = path.parent_path() / name;
+    std::error_code failed;
+    if (fs::is_symlink(fs::symlink_status(buffer, failed))) {
+      return make_error(ErrorCode::permission_denied,
+                        fmt::format("found a link for the buffer {}, expected a file", name), "path");
+    }
+    auto bytes = read_bounded(buffer, most);
+    if (!bytes) {
+      Error error = bytes.error();
+      error.message = fmt::format("its buffer {}: {}", name, error.message);
+      return error;
+    }
+    return bytes;
+  };
+  auto imported = parse_reference(*content, *format, options, find_buffer);
+  if (!imported) return named(imported.error(), path);
+  return imported;
+}
+
+}  // namespace handloft::exchange
