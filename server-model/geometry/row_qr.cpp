@@ -185,6 +185,23 @@ Eigen::VectorXd RowQr::solve(int leading) const {
       .solve(triangle_.col(columns_).head(leading));
 }
 
+void RowQr::refine(const Eigen::Ref<const Eigen::MatrixXd>& rows, Eigen::VectorXd& c) const {
+  assert(rows.cols() == columns_ + 1 && c.size() == columns_);
+  Eigen::Matrix<long double, Eigen::Dynamic, 1> gradient =
+      Eigen::Matrix<long double, Eigen::Dynamic, 1>::Zero(columns_);
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    long double residual = rows(i, columns_);
+    for (Eigen::Index k = 0; k < columns_; ++k) residual -= static_cast<long double>(rows(i, k)) * c[k];
+    for (Eigen::Index k = 0; k < columns_; ++k)
+      gradient[k] += static_cast<long double>(rows(i, k)) * residual;
+  }
+  const auto r = triangle_.topLeftCorner(columns_, columns_).triangularView<Eigen::Upper>();
+  Eigen::VectorXd step = gradient.cast<double>();
+  r.transpose().solveInPlace(step);
+  r.solveInPlace(step);
+  c += step;
+}
+
 double RowQr::residual_norm(int leading) const {
   return triangle_.col(columns_).tail(columns_ + 1 - leading).norm();
 }

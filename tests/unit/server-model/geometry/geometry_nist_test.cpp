@@ -131,6 +131,23 @@ TEST_F(Filip, A6_CentredAndScaledQrTo13DigitsOfTheRawCoefficients) {
   }
 }
 
+TEST_F(Filip, A6_RefinedTo14DigitsInCentredAndScaledVariables) {
+  using LongMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  const auto [low, high] = std::minmax_element(nist::filip_x.begin(), nist::filip_x.end());
+  const Eigen::MatrixXd rows = design((*low + *high) / 2, (*high - *low) / 2);
+  const LongMatrix exact_rows = rows.cast<long double>();
+  const Eigen::Matrix<long double, Eigen::Dynamic, 1> reference =
+      Eigen::HouseholderQR<LongMatrix>(exact_rows.leftCols(filip_terms)).solve(exact_rows.col(filip_terms));
+  RowQr qr(filip_terms);
+  Eigen::MatrixXd workspace = rows;
+  qr.append(workspace);
+  Eigen::VectorXd c = qr.solve(filip_terms);
+  qr.refine(rows, c);
+  for (Eigen::Index k = 0; k < filip_terms; ++k) {
+    EXPECT_GE(digits(c[k], static_cast<double>(reference[k])), 14) << "c" << k;
+  }
+}
+
 TEST_F(Filip, A6_NegativeControl_RawNormalEquationsKeepLessThan3Digits) {
   const Eigen::MatrixXd rows = design(0, 1);
   const Eigen::MatrixXd a = rows.leftCols(filip_terms);

@@ -62,11 +62,15 @@ inline constexpr std::array longley_coefficients{
     -1.03322686717359, -0.0511041056535807, 1829.15146461355,
 };
 
+inline constexpr double longley_residual_sum_of_squares = 836424.055505915;
+
 // Wampler5: y = 1 + x + ... + x^5 plus large noise orthogonal to it, x = 0..20; all coefficients are 1.
 inline constexpr std::array wampler5_y{
     7590001.0,   -20479994.0, 20480063.0,  -20479636.0, 25231365.0,  -20476094.0, 20489331.0,
     -20460392.0, 18417449.0,  -20413570.0, 20591111.0,  -20302844.0, 18651453.0,  -20077766.0,
     21059195.0,  -19666384.0, 26348481.0,  -18971402.0, 22480719.0,  -17866340.0, 10958421.0,
 };
+
+inline constexpr double wampler5_residual_sum_of_squares = 8355426800000000.0;
 
 }  // namespace handloft::geometry::nist
