@@ -89,6 +89,7 @@ Result<std::vector<FrameLosses>> run_live(SampleSource& source, std::vector<Came
     }
   };
   std::vector<std::unique_ptr<CameraWorker>> workers;
+  workers.reserve(trackers.size());
   for (CameraTracker& tracker : trackers) {
     workers.push_back(std::make_unique<CameraWorker>(
         std::move(tracker),
@@ -118,6 +119,7 @@ Result<std::vector<FrameLosses>> run_live(SampleSource& source, std::vector<Came
   // First nobody produces any more, then what is under way is finished, stage by stage.
   source.stop();
   std::vector<FrameLosses> losses;
+  losses.reserve(workers.size());
   for (const auto& worker : workers) {
     worker->finish();
     losses.push_back({worker->dropped(), worker->missing()});
@@ -154,6 +156,7 @@ std::vector<FrameLosses> run_fast(SampleStream& stream, std::vector<CameraTracke
     publisher.wait_for_readers(slow_reader_timeout);
   }
   std::vector<FrameLosses> losses;
+  losses.reserve(gaps.size());
   for (const SequenceGaps& each : gaps) losses.push_back({0, each.missing()});
   return losses;
 }

@@ -13,7 +13,7 @@ namespace handloft::tracking {
 
 namespace {
 
-constexpr int table_side = 128;  // Chroma in steps of 2: finer than any camera's noise
+constexpr std::size_t table_side = 128;  // Chroma in steps of 2: finer than any camera's noise
 constexpr std::uint8_t background_class = finger_count;
 constexpr double longest_step_s = 0.2;
 constexpr double solid_weight = 0.5;
@@ -71,10 +71,10 @@ double FingertipTracker::log_ratio(int finger, double cb, double cr) const {
 void FingertipTracker::build_table() {
   table_.assign(table_side * table_side, background_class);
   weight_.assign(table_side * table_side, 0.0f);
-  for (int b = 0; b < table_side; ++b) {
-    for (int r = 0; r < table_side; ++r) {
-      const double cb = 2 * b + 0.5, cr = 2 * r + 0.5;
-      const auto index = static_cast<std::size_t>(b * table_side + r);
+  for (std::size_t b = 0; b < table_side; ++b) {
+    for (std::size_t r = 0; r < table_side; ++r) {
+      const double cb = 2.0 * static_cast<double>(b) + 0.5, cr = 2.0 * static_cast<double>(r) + 0.5;
+      const std::size_t index = b * table_side + r;
       double best = options_.min_log_ratio;
       for (int finger = 0; finger < finger_count; ++finger) {
         const ChromaGaussian& gaussian = model_[static_cast<std::size_t>(finger)];
@@ -186,9 +186,8 @@ void FingertipTracker::search(const PlanarImage& image, const Region& region,
         if (row[x] == 0) continue;
         Sums& sum = sums[static_cast<std::size_t>(row[x])];
         const int chroma_x = region.x0 + x, chroma_y = region.y0 + y;
-        const int cb = image.cb.at(chroma_x, chroma_y), cr = image.cr.at(chroma_x, chroma_y);
-        const double weight =
-            static_cast<double>(weight_[static_cast<std::size_t>((cb >> 1) * table_side + (cr >> 1))]);
+        const unsigned cb = image.cb.at(chroma_x, chroma_y), cr = image.cr.at(chroma_x, chroma_y);
+        const double weight = static_cast<double>(weight_[(cb >> 1U) * table_side + (cr >> 1U)]);
         sum.weight += weight;
         sum.x += weight * (chroma_x * step_x + 0.5 * (step_x - 1));
         sum.y += weight * (chroma_y * step_y + 0.5 * (step_y - 1));

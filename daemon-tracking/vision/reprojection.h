@@ -27,6 +27,7 @@ class BodyPoseCost {
  public:
   // The names are those of ceres::TinySolver.
   using Scalar = double;
+  // NOLINTBEGIN(readability-identifier-naming)
   enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 6 };
 
   /// nullopt when the prior's covariance is not positive definite.
@@ -35,6 +36,7 @@ class BodyPoseCost {
                                             const BodyPoseOptions& options);
 
   int NumResiduals() const { return residuals_; }
+  // NOLINTEND(readability-identifier-naming)
 
   /// Fills `residuals` (NumResiduals) and, unless null, `jacobian` (NumResiduals x 6, column-major). False
   /// when a corner would not be in front of its camera: residuals are then so large that no solver stays.

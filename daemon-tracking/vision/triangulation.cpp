@@ -23,11 +23,13 @@ Error disagree(const char* message) {
 /// Reprojection errors of a point in each view's own sigmas, as ceres::TinySolver takes them.
 struct PointCost {
   using Scalar = double;
+  // NOLINTBEGIN(readability-identifier-naming)
   enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 3 };
 
   std::span<const PointView> views;
 
   int NumResiduals() const { return 2 * static_cast<int>(views.size()); }
+  // NOLINTEND(readability-identifier-naming)
 
   bool operator()(const double* position, double* residuals, double* jacobian) const {
     Eigen::Map<Eigen::VectorXd> out(residuals, NumResiduals());

@@ -67,7 +67,7 @@ Result<BezierPatch> to_bezier_patch(const PolynomialSurface& surface, const Fram
 
   BezierPatch patch;
   patch.degree = n;
-  patch.control.reserve(static_cast<std::size_t>((n + 1) * (n + 1)));
+  patch.control.reserve(static_cast<std::size_t>(n + 1) * static_cast<std::size_t>(n + 1));
   for (int k = 0; k <= n; ++k) {
     for (int l = 0; l <= n; ++l) {
       double z = 0;

@@ -121,18 +121,20 @@ Result<PcaFrame> pca_frame(std::span<const WeightedPoint> points, const PcaOptio
   const Vec3 mean = Vec3(first[0].value(), first[1].value(), first[2].value()) / total.value();
 
   std::array<CompensatedSum, 9> second;
+  const auto lower = [](int r, int c) {
+    return static_cast<std::size_t>(3) * static_cast<std::size_t>(r) + static_cast<std::size_t>(c);
+  };
   for (const WeightedPoint& point : points) {
     const Vec3 d = (point.position - reference) * to_unit - mean;
     const double weight = weight_of(point);
     for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c <= r; ++c) second[static_cast<std::size_t>(3 * r + c)].add(weight * d[r] * d[c]);
+      for (int c = 0; c <= r; ++c) second[lower(r, c)].add(weight * d[r] * d[c]);
     }
   }
   Mat3 covariance;
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c <= r; ++c) {
-      covariance(r, c) = covariance(c, r) =
-          second[static_cast<std::size_t>(3 * r + c)].value() / total.value();
+      covariance(r, c) = covariance(c, r) = second[lower(r, c)].value() / total.value();
     }
   }
 

@@ -160,7 +160,7 @@ std::string document_hash(const Document& document) {
   if (!good) return {};  // Only when the machine is out of memory.
   constexpr std::string_view digits = "0123456789abcdef";
   std::string hex;
-  hex.reserve(2 * size);
+  hex.reserve(std::size_t{2} * size);
   for (unsigned i = 0; i < size; ++i) {
     hex.push_back(digits[digest[i] >> 4U]);
     hex.push_back(digits[digest[i] & 0xfU]);
