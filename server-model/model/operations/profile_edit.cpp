@@ -1,0 +1,318 @@
+#include "server-model/model/operations/profile_edit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "server-model/geometry/pca_frame.h"
+#include "server-model/geometry/symmetry.h"
+#include "server-model/model/operations/fitting.h"
+#include "server-model/model/operations/operations.h"
+
+namespace handloft::model {
+
+namespace {
+
+using geometry::Curve;
+using geometry::Vec3;
+using geometry::WeightedPoint;
+
+struct Edited {
+  DualShape shape;
+  std::vector<Curve> kept;  ///< Points that are to join the shape, world.
+  double kept_pressure = 0;
+};
+
+std::vector<WeightedPoint> local_points(const DualShape& shape) {
+  std::vector<WeightedPoint> points;
+  points.reserve(shape.points.size());
+  for (std::size_t c = 0; c < shape.points.chunk_count(); ++c) {
+    for (const DualPoint& point : shape.points.chunk(c)) {
+      points.push_back({shape.fit->frame.to_local(point.position()), point.pressure});
+    }
+  }
+  return points;
+}
+
+Status refit_alone(DualShape& shape) {
+  const std::uint32_t degree = shape.fit->requested_degree;
+  auto fitted = fit_points(shape, degree, BasePlane::frozen);
+  if (!fitted) return fitted.error();
+  take_fit(shape, *fitted, degree);
+  return {};
+}
+
+/// The shape's points factored with its surface; a fit that is not their optimum is made anew first (A9).
+Result<geometry::ProfileFitter> current_fitter(DualShape& shape, std::vector<WeightedPoint>& points) {
+  if (shape.stale) {
+    if (auto status = refit_alone(shape); !status) return status.error();
+  }
+  points = local_points(shape);
+  auto fitter = geometry::ProfileFitter::create(points, shape.fit->surface);
+  if (fitter || fitter.error().code != ErrorCode::failed_precondition) return fitter;
+  // Far from the world's origin, rounding alone may have moved the points.
+  if (auto status = refit_alone(shape); !status) return status.error();
+  return geometry::ProfileFitter::create(points, shape.fit->surface);
+}
+
+std::vector<Curve> to_local(const std::vector<Curve>& strokes, const geometry::Frame& frame) {
+  std::vector<Curve> local = strokes;
+  for (Curve& curve : local) {
+    for (Vec3& point : curve) point = frame.to_local(point);
+  }
+  return local;
+}
+
+/// The temporary points of the strokes, in the shape's frame, as many as the shape has points (A19); with
+/// mirrored ones half of them are images.
+Result<std::vector<Vec3>> temporary_points(const DualShape& shape, const std::vector<Curve>& curves) {
+  const std::size_t count = shape.points.size();
+  const bool mirrored = shape.symmetry == SymmetryMode::same_shape;
+  auto points = geometry::points_along(curves, mirrored ? (count + 1) / 2 : count);
+  if (!points || !mirrored) return points;
+  const geometry::Frame& frame = shape.fit->frame;
+  const std::size_t drawn = points->size();
+  for (std::size_t i = 0; i < drawn; ++i) {
+    const Vec3 image = geometry::reflect_point(frame.to_world((*points)[i]), shape.plane);
+    points->push_back(frame.to_local(image));
+  }
+  return points;
+}
+
+/// Statistics of the shape's residuals, those of newer points being 0.
+geometry::ResidualStatistics statistics_of(const DualShape& shape, const std::vector<double>& residuals) {
+  geometry::ResidualStatistics statistics;
+  statistics.count = shape.points.size();
+  double sum = 0;
+  double weighted = 0;
+  double weights = 0;
+  for (std::size_t i = 0; i < shape.points.size(); ++i) {
+    const double r = i < residuals.size() ? residuals[i] : 0.0;
+    const double weight = shape.points[i].pressure;
+    sum += r * r;
+    weighted += weight * (r * r);
+    weights += weight;
+    statistics.max = std::max(statistics.max, std::abs(r));
+  }
+  if (statistics.count > 0) statistics.rms = std::sqrt(sum / static_cast<double>(statistics.count));
+  if (weights > 0) statistics.weighted_rms = std::sqrt(weighted / weights);
+  return statistics;
+}
+
+/// z' = f1 + r for every point, by the change f1 - f0 along the frame's normal, so that x and y stay (A8).
+Result<PointCloud> follow(const DualShape& shape, const std::vector<WeightedPoint>& local,
+                          const geometry::PolynomialSurface& after, const Limits& limits) {
+  const geometry::PolynomialSurface& before = shape.fit->surface;
+  std::vector<double> change(after.scaled_coefficients().begin(), after.scaled_coefficients().end());
+  for (std::size_t k = 0; k < change.size(); ++k) change[k] -= before.scaled_coefficients()[k];
+  auto difference = geometry::PolynomialSurface::from_scaled(after.degree(), after.box(), change);
+  if (!difference) return difference.error();
+  const Vec3 normal = shape.fit->frame.normal();
+  PointCloud moved;
+  std::vector<DualPoint> chunk;
+  std::size_t i = 0;
+  for (std::size_t c = 0; c < shape.points.chunk_count(); ++c) {
+    const auto points = shape.points.chunk(c);
+    chunk.assign(points.begin(), points.end());
+    for (DualPoint& point : chunk) {
+      const Vec3& at = local[i++].position;
+      const Vec3 to = point.position() + difference->value(at.x(), at.y()) * normal;
+      if (!(to.cwiseAbs().maxCoeff() <= limits.max_coordinate_m)) {
+        return make_error(
+            ErrorCode::invalid_argument,
+            fmt::format("a point of \"{}\" would leave the workspace of +-{} metres, expected a nearer curve",
+                        shape.id, limits.max_coordinate_m));
+      }
+      point.x = to.x();
+      point.y = to.y();
+      point.z = to.z();
+    }
+    moved.append(chunk);
+  }
+  return moved;
+}
+
+/// Frame, degree and residuals stay; a box of `kept` points beyond the footprint widens it.
+std::shared_ptr<FittedSurface> fit_after(const FittedSurface& before, const DualShape& shape,
+                                         const geometry::PolynomialSurface& surface) {
+  auto fit = std::make_shared<FittedSurface>(before);
+  fit->surface = surface;
+  std::vector<WeightedPoint> points;
+  points.reserve(shape.points.size());
+  for (std::size_t c = 0; c < shape.points.chunk_count(); ++c) {
+    for (const DualPoint& point : shape.points.chunk(c)) points.push_back({point.position(), point.pressure});
+  }
+  fit->frame_drift_rad = frame_drift_rad(fit->frame, points);
+  if (fit->residuals_m.size() < shape.points.size()) {
+    fit->residuals_m.resize(shape.points.size(), 0.0);
+    for (WeightedPoint& point : points) point.position = fit->frame.to_local(point.position);
+    fit->box = geometry::footprint_box(points, geometry::Frame{});
+    fit->statistics = statistics_of(shape, fit->residuals_m);
+  }
+  return fit;
+}
+
+Result<Edited> edit_shape(const DualShape& original, const ProfileEdit& edit, const Limits& limits) {
+  Edited result;
+  result.shape = original;
+  DualShape& shape = result.shape;
+  std::vector<WeightedPoint> points;
+  auto fitter = current_fitter(shape, points);
+  if (!fitter) return fitter.error();
+  const std::shared_ptr<const FittedSurface> before = shape.fit;
+  auto curves = geometry::prepare_strokes(to_local(edit.strokes, before->frame));
+  if (!curves) return curves.error();
+  auto temporary = temporary_points(shape, *curves);
+  if (!temporary) return temporary.error();
+  auto surface = fitter->fit_with(*temporary);
+  if (!surface) return surface.error();
+  auto moved = follow(shape, points, *surface, limits);
+  if (!moved) return moved.error();
+
+  if (edit.keep == KeptCurves::as_points) {
+    std::size_t count = geometry::kept_point_count(shape.points.size());
+    if (shape.symmetry == SymmetryMode::same_shape) count = (count + 1) / 2;  // Their images join as well.
+    auto kept = geometry::curves_on_surface(*surface, *curves, count);
+    if (!kept) return kept.error();
+    for (Curve& curve : *kept) {
+      if (curve.empty()) continue;
+      for (Vec3& point : curve) point = before->frame.to_world(point);
+      result.kept.push_back(std::move(curve));
+    }
+    result.kept_pressure = geometry::mean_weight(points);
+  }
+  shape.points = std::move(*moved);
+  auto fit = fit_after(*before, shape, *surface);
+  if (!finite(*fit)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("the curve is too far away from \"{}\" to compute with", shape.id));
+  }
+  shape.fit = std::move(fit);
+  return result;
+}
+
+/// The partner as the mirror image of the edited shape; nothing when their points did not come in pairs, in
+/// the same order.
+std::optional<DualShape> image_of(const DualShape& shape, const DualShape& partner) {
+  if (!mirror_images(shape, partner)) return std::nullopt;
+  DualShape image = partner;
+  image.points = PointCloud{};
+  std::vector<DualPoint> chunk;
+  std::size_t i = 0;
+  for (std::size_t c = 0; c < partner.points.chunk_count(); ++c) {
+    const auto points = partner.points.chunk(c);
+    chunk.assign(points.begin(), points.end());
+    for (DualPoint& point : chunk) {
+      const DualPoint& original = shape.points[i];
+      if (original.partner != i || point.partner != i || point.pressure != original.pressure) {
+        return std::nullopt;
+      }
+      const Vec3 position = geometry::reflect_point(original.position(), shape.plane);
+      point.x = position.x();
+      point.y = position.y();
+      point.z = position.z();
+      ++i;
+    }
+    image.points.append(chunk);
+  }
+  auto fit = mirror_image(*shape.fit, shape.plane);
+  fit->frame = partner.fit->frame;  // Frozen to the bit.
+  image.fit = std::move(fit);
+  image.stale = false;
+  return image;
+}
+
+ProfileEdit mirrored(const ProfileEdit& edit, const geometry::Plane& plane) {
+  ProfileEdit image = edit;
+  image.keep = KeptCurves::none;  // The images of the shape's kept points join the partner.
+  for (Curve& curve : image.strokes) {
+    for (Vec3& point : curve) point = geometry::reflect_point(point, plane);
+  }
+  return image;
+}
+
+/// The kept points as strokes of the shape, with their mirror images as its symmetry says (A12).
+Status add_kept(Document& document, const Edited& edited, const ProfileEdit& edit, const Limits& limits) {
+  for (const Curve& curve : edited.kept) {
+    std::vector<DualPoint> points;
+    points.reserve(curve.size());
+    for (const Vec3& position : curve) {
+      DualPoint point;
+      point.x = position.x();
+      point.y = position.y();
+      point.z = position.z();
+      point.pressure = edited.kept_pressure;
+      point.time_ns = edit.time_ns;
+      points.push_back(point);
+    }
+    const std::uint32_t stroke = document.find_dual(edited.shape.id)->stroke_count + 1;
+    auto extended = extend_stroke(document, edited.shape.id, stroke, points, 0.0, limits);
+    if (!extended) return extended.error();
+    document = std::move(*extended);
+  }
+  return {};
+}
+
+/// Kept points lie on the surface and leave it the optimum: the fit takes them in without a refit (A20).
+void take_in_kept(Document& document, std::string_view entity) {
+  DualShape shape = *document.find_dual(entity);
+  shape.fit = fit_after(*shape.fit, shape, shape.fit->surface);
+  shape.stale = false;
+  put(document, std::move(shape));
+}
+
+Status edit_with_partner(Document& document, const DualShape& shape, const ProfileEdit& edit,
+                         const Limits& limits, std::vector<std::string>& notes) {
+  auto edited = edit_shape(shape, edit, limits);
+  if (!edited) return edited.error();
+  note_fit(edited->shape, notes);
+  put(document, edited->shape);
+
+  const DualPtr partner = linked_partner(document, shape);
+  bool is_image = false;
+  if (partner && partner->fitted()) {
+    if (auto image = image_of(edited->shape, *partner)) {
+      is_image = true;
+      put(document, std::move(*image));
+    } else {
+      auto own = edit_shape(*partner, mirrored(edit, shape.plane), limits);
+      if (!own) return own.error();
+      note_fit(own->shape, notes);
+      put(document, std::move(own->shape));
+    }
+  } else if (partner) {
+    notes.push_back(fmt::format("\"{}\" is not fitted and does not follow \"{}\"", partner->id, shape.id));
+  }
+
+  if (edited->kept.empty()) return {};
+  if (auto status = add_kept(document, *edited, edit, limits); !status) return status;
+  take_in_kept(document, shape.id);
+  if (!partner || !partner->fitted()) return {};
+  if (is_image) {
+    take_in_kept(document, partner->id);
+    return {};
+  }
+  DualShape own = *document.find_dual(partner->id);
+  if (auto status = refit_alone(own); !status) return status;
+  put(document, std::move(own));
+  return {};
+}
+
+}  // namespace
+
+Status edit_profile(Document& document, std::string_view entity, const ProfileEdit& edit,
+                    std::string_view field, const Limits& limits, std::vector<std::string>& notes) {
+  const DualPtr shape = document.find_dual(entity);
+  if (!shape || !shape->fitted() || edit.strokes.empty()) return {};
+  auto status = edit_with_partner(document, *shape, edit, limits, notes);
+  if (status) return status;
+  Error error = status.error();
+  error.field = std::string(field);
+  return error;
+}
+
+}  // namespace handloft::model
