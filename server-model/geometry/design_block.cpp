@@ -10,63 +10,52 @@
 
 namespace handloft::geometry::detail {
 
-Result<ScaledPoints> ScaledPoints::from(std::span<const WeightedPoint> local_points) {
+bool ScaledPoints::copy(std::span<const WeightedPoint> local_points) {
   const auto n = static_cast<Eigen::Index>(local_points.size());
-  ScaledPoints points;
-  points.u_.resize(n);
-  points.v_.resize(n);
-  points.height_.resize(n);
-  points.weight_.resize(n);
+  columns_.resize(n, 4);
+  weighted_count_ = 0;
   bool good = true;
   for (Eigen::Index i = 0; i < n; ++i) {
     const WeightedPoint& point = local_points[static_cast<std::size_t>(i)];
     good = good && is_good(point);
-    points.u_[i] = point.position.x();
-    points.v_[i] = point.position.y();
-    points.height_[i] = point.position.z();
-    points.weight_[i] = point.weight;
+    columns_(i, 0) = point.position.x();
+    columns_(i, 1) = point.position.y();
+    columns_(i, 2) = point.position.z();
+    columns_(i, 3) = point.weight;
+    weighted_count_ += point.weight > 0 ? 1 : 0;
   }
-  if (!good) return check_points(local_points).error();
-  if (n == 0) {
+  return good;
+}
+
+Result<ScaledPoints> ScaledPoints::from(std::span<const WeightedPoint> local_points) {
+  ScaledPoints points;
+  if (!points.copy(local_points)) return check_points(local_points).error();
+  if (local_points.empty()) {
     points.box_ = usable_box(Box2{Vec2::Zero(), Vec2::Zero()});
     return points;
   }
-  const Vec2 lower(points.u_.minCoeff(), points.v_.minCoeff());
-  const Vec2 upper(points.u_.maxCoeff(), points.v_.maxCoeff());
+  const Vec2 lower = points.columns_.leftCols<2>().colwise().minCoeff();
+  const Vec2 upper = points.columns_.leftCols<2>().colwise().maxCoeff();
   points.scale_to(usable_box(Box2{0.5 * (lower + upper), 0.5 * (upper - lower)}));
   return points;
 }
 
 ScaledPoints ScaledPoints::in_box(std::span<const WeightedPoint> local_points, const Box2& box) {
-  const auto n = static_cast<Eigen::Index>(local_points.size());
   ScaledPoints points;
-  points.u_.resize(n);
-  points.v_.resize(n);
-  points.height_.resize(n);
-  points.weight_.resize(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const WeightedPoint& point = local_points[static_cast<std::size_t>(i)];
-    points.u_[i] = point.position.x();
-    points.v_[i] = point.position.y();
-    points.height_[i] = point.position.z();
-    points.weight_[i] = point.weight;
-  }
+  points.copy(local_points);
   points.scale_to(box);
   return points;
 }
 
 void ScaledPoints::scale_to(const Box2& box) {
   box_ = box;
-  u_ = (u_ - box.centre.x()) / box.half_extent.x();
-  v_ = (v_ - box.centre.y()) / box.half_extent.y();
-}
-
-std::size_t ScaledPoints::weighted_count() const {
-  return static_cast<std::size_t>((weight_ > 0).count());
+  for (int axis = 0; axis < 2; ++axis) {
+    columns_.col(axis) = (columns_.col(axis) - box.centre[axis]) / box.half_extent[axis];
+  }
 }
 
 double ScaledPoints::weight_scale() const {
-  const double largest = weight_.size() > 0 ? weight_.maxCoeff() : 0.0;
+  const double largest = count() > 0 ? columns_.col(3).maxCoeff() : 0.0;
   if (largest <= 0) return 1;
   return std::ldexp(1.0, -std::clamp(std::ilogb(largest), -1000, 1000));
 }

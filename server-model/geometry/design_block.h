@@ -22,24 +22,27 @@ class ScaledPoints {
   /// The same with a box that is given. Precondition: half extents > 0, points that pass check_points().
   static ScaledPoints in_box(std::span<const WeightedPoint> local_points, const Box2& box);
 
-  Eigen::Index count() const { return u_.size(); }
+  Eigen::Index count() const { return columns_.rows(); }
   const Box2& box() const { return box_; }
   /// How many have a weight above 0.
-  std::size_t weighted_count() const;
+  std::size_t weighted_count() const { return weighted_count_; }
   /// A power of two near 1 / largest weight: tiny or huge weights must not underflow or overflow, and scaling
   /// by a power of two changes no bit of the solution.
   double weight_scale() const;
 
-  auto u(Eigen::Index begin, Eigen::Index n) const { return u_.segment(begin, n); }
-  auto v(Eigen::Index begin, Eigen::Index n) const { return v_.segment(begin, n); }
-  auto height(Eigen::Index begin, Eigen::Index n) const { return height_.segment(begin, n); }
-  auto weight(Eigen::Index begin, Eigen::Index n) const { return weight_.segment(begin, n); }
+  auto u(Eigen::Index begin, Eigen::Index n) const { return columns_.col(0).segment(begin, n); }
+  auto v(Eigen::Index begin, Eigen::Index n) const { return columns_.col(1).segment(begin, n); }
+  auto height(Eigen::Index begin, Eigen::Index n) const { return columns_.col(2).segment(begin, n); }
+  auto weight(Eigen::Index begin, Eigen::Index n) const { return columns_.col(3).segment(begin, n); }
 
  private:
+  /// False if a point is not good.
+  bool copy(std::span<const WeightedPoint> local_points);
   void scale_to(const Box2& box);
 
   Box2 box_;
-  Eigen::ArrayXd u_, v_, height_, weight_;
+  Eigen::ArrayX4d columns_;  ///< u, v, height, weight.
+  std::size_t weighted_count_ = 0;
 };
 
 class DesignBlock {

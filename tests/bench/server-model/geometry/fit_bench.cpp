@@ -8,9 +8,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <ctime>
 #include <random>
 #include <vector>
 
+#include "server-model/geometry/automatic_degree.h"
 #include "server-model/geometry/polynomial_fit.h"
 #include "server-model/geometry/polynomial_fitter.h"
 
@@ -119,6 +123,55 @@ BENCHMARK(live_add_solve_remove)
     ->Args({1000, 2})
     ->Args({100000, 2})
     ->Args({100000, 6});
+
+/// Processor time of this thread, so that others on the machine don't show as slow additions.
+double thread_microseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+/// Every one of n additions timed by itself: a spiral that starts with 0.1 mm and grows a thousandfold, so
+/// that the box grows on the way. Among `worst_us` are new chunks of memory and growth of the box.
+void live_add_each(benchmark::State& state) {
+  const auto n = static_cast<std::size_t>(state.range(0));
+  std::vector<double> times(n);
+  std::size_t growths = 0;
+  for (auto _ : state) {
+    PolynomialFitter fitter({.degree = static_cast<int>(state.range(1))});
+    for (std::size_t i = 0; i < n; ++i) {
+      const double radius = 1e-4 * std::pow(1000.0, static_cast<double>(i) / static_cast<double>(n));
+      const double angle = 0.7 * static_cast<double>(i);
+      const WeightedPoint point{
+          {radius * std::cos(angle), radius * std::sin(angle), 0.01 * std::sin(3 * angle)}, 0.5};
+      const double begin = thread_microseconds();
+      benchmark::DoNotOptimize(fitter.add(point));
+      times[i] = thread_microseconds() - begin;
+    }
+    growths = fitter.growths();
+  }
+  double sum = 0;
+  for (const double t : times) sum += t;
+  std::sort(times.begin(), times.end());
+  state.counters["mean_us"] = sum / static_cast<double>(n);
+  state.counters["p99.99_us"] = times[n - 1 - n / 10000];
+  state.counters["worst_us"] = times.back();
+  state.counters["growths"] = static_cast<double>(growths);
+}
+BENCHMARK(live_add_each)
+    ->ArgNames({"points", "degree"})
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(1)
+    ->Args({1000000, 2})
+    ->Args({1000000, 4})
+    ->Args({1000000, 6});
+
+/// The whole decision, one QR and one pass for all six degrees, beside a single fit of degree 6.
+void automatic_degree(benchmark::State& state) {
+  const std::vector<WeightedPoint> points = cloud(static_cast<std::size_t>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(fit_automatic_degree(points));
+}
+BENCHMARK(automatic_degree)->Unit(benchmark::kMicrosecond)->Arg(1000)->Arg(10000)->Arg(100000);
 
 }  // namespace
 }  // namespace handloft::geometry
