@@ -80,7 +80,10 @@ PolynomialFitter::Slot PolynomialFitter::hold(const WeightedPoint& point, Slot s
 }
 
 PolynomialFitter::Slot PolynomialFitter::next_slot() {
-  if (slot_count_ == capacity()) chunks_.push_back(std::make_unique<Chunk>());
+  if (slot_count_ == capacity()) {
+    if (chunk_count_ == shelves_.size() * shelf_chunks) shelves_.push_back(std::make_unique<Shelf>());
+    chunk(chunk_count_++) = std::make_unique<Chunk>();
+  }
   return slot_count_++;
 }
 
@@ -110,7 +113,7 @@ void PolynomialFitter::note_diagonal() {
 
 void PolynomialFitter::collect_free_slots() {
   while (slot_count_ > 0 && !sample(slot_count_ - 1).live) --slot_count_;
-  chunks_.resize((slot_count_ + chunk_points - 1) / chunk_points);
+  while (chunk_count_ * chunk_points >= slot_count_ + chunk_points) chunk(--chunk_count_).reset();
   first_free_ = no_slot;
   for (Slot slot = slot_count_; slot-- > 0;) {
     if (sample(slot).live) continue;
@@ -120,7 +123,8 @@ void PolynomialFitter::collect_free_slots() {
 }
 
 void PolynomialFitter::forget() {
-  chunks_.clear();
+  shelves_.clear();
+  chunk_count_ = 0;
   slot_count_ = 0;
   first_free_ = no_slot;
   weighted_count_ = 0;

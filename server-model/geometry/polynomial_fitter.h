@@ -55,7 +55,7 @@ class PolynomialFitter {
   /// How often the box grew.
   std::size_t growths() const { return growths_; }
   /// Places for points that are held, free or not.
-  std::size_t capacity() const { return chunks_.size() * chunk_points; }
+  std::size_t capacity() const { return chunk_count_ * chunk_points; }
 
  private:
   struct Sample {
@@ -63,13 +63,15 @@ class PolynomialFitter {
     Slot next_free = 0;  ///< In the list of free slots.
     bool live = false;
   };
-  /// Points are kept in chunks so that no addition has to move those before it. 256 of them are 10 KB, which
-  /// come from the system in microseconds.
-  static constexpr std::size_t chunk_points = 256;
+  /// Points are kept in chunks, and these in shelves, so that no addition has to move those before it or to
+  /// ask the system for more than a page (3 and 4 KB) at once.
+  static constexpr std::size_t chunk_points = 64;
+  static constexpr std::size_t shelf_chunks = 512;
   using Chunk = std::array<Sample, chunk_points>;
+  using Shelf = std::array<std::unique_ptr<Chunk>, shelf_chunks>;
 
-  Sample& sample(Slot slot) { return (*chunks_[slot / chunk_points])[slot % chunk_points]; }
-  const Sample& sample(Slot slot) const { return (*chunks_[slot / chunk_points])[slot % chunk_points]; }
+  std::unique_ptr<Chunk>& chunk(std::size_t k) { return (*shelves_[k / shelf_chunks])[k % shelf_chunks]; }
+  Sample& sample(Slot slot) { return (*chunk(slot / chunk_points))[slot % chunk_points]; }
   /// One more than the last slot: the end of the list of free ones.
   static constexpr Slot no_slot = static_cast<Slot>(-1);
 
@@ -85,7 +87,8 @@ class PolynomialFitter {
   FitOptions options_;
   Box2 box_;
   RowQr qr_;
-  std::vector<std::unique_ptr<Chunk>> chunks_;
+  std::vector<std::unique_ptr<Shelf>> shelves_;
+  std::size_t chunk_count_ = 0;
   std::size_t slot_count_ = 0;  ///< Slots below this have been used.
   Slot first_free_ = no_slot;   ///< Those of them that hold no point, as a list.
   std::size_t live_count_ = 0;
