@@ -134,6 +134,12 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
     std::vector<Words> words{{std::string(gesture_words(status.hand->gesture)), ink}};
     if (!status.tool.empty())
       words.push_back({status.tool, pressing_bar * glm::vec4(0.85F, 0.85F, 0.85F, 1.0F)});
+    if (!status.mode.empty() && status.hand->gesture == v1::GESTURE_POINTING) {
+      words.push_back({"draws " + status.mode, ink});
+    }
+    if (status.range) {
+      words.push_back({fmt::format("Range {:.0f} %", 100.0F * std::clamp(*status.range, 0.0F, 1.0F)), ink});
+    }
     if (status.symmetry) words.push_back({"◐ mirrored", faint_ink});
     const float bar_width = 6.0F * layout.text_height();
     const float bar_height = 0.42F * layout.text_height();
@@ -155,6 +161,8 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
     if (status.representation)
       model.push_back({std::string(representation_words(*status.representation)), faint_ink});
   }
+  if (!status.target.empty())
+    model.push_back({"acts on " + status.target, pressing_bar * glm::vec4(0.85F, 0.85F, 0.85F, 1.0F)});
   model.push_back({plural(status.shapes, "shape"), faint_ink});
   model.push_back({plural(status.surfaces, "surface"), faint_ink});
   model.push_back({plural(status.points, "point"), faint_ink});

@@ -25,10 +25,13 @@ struct HudStatus {
   std::optional<HandStatus> hand;
   std::string tool;  ///< What the hand does, in words of the server.
   bool symmetry = false;
+  std::string mode;                 ///< What a pointing hand draws: "profile", "boundary".
+  std::optional<float> range;       ///< Of a push, 0..1 (A16); while there is a disk.
   std::vector<std::string> others;  ///< Who else is here.
   std::size_t shapes = 0, surfaces = 0, points = 0;
   std::string selected;  ///< Name of the shape that gestures act on.
   std::optional<Representation> representation;
+  std::string target;  ///< Name of what the hand would act on, where that is not what is selected.
   History history;
 };
 

@@ -99,6 +99,28 @@ void add_cursor(const std::array<std::optional<FingerAnswer>, finger_count>& fin
   }
 }
 
+glm::vec3 vec(const Vec3f& v) {
+  return {v.x, v.y, v.z};
+}
+
+void add_symmetry(const ModelState& model, Frame& frame) {
+  for (const auto& [key, activity] : model.activities) {
+    if (!activity.symmetry || !activity.symmetry_plane || frame.symmetry) continue;
+    frame.symmetry = SymmetryHint{vec(activity.symmetry_plane->origin), vec(activity.symmetry_plane->normal)};
+  }
+}
+
+void add_gestures(const ModelState& model, Frame& frame) {
+  if (!model.connected) return;  // What hung in the air when the line broke is no longer known.
+  for (const auto& [key, activity] : model.activities) {
+    if (activity.disk) {
+      frame.disks.push_back(
+          {vec(activity.disk->centre), vec(activity.disk->normal), activity.disk->radius_m, activity.range});
+    }
+    if (activity.curve != nullptr) frame.air_curves.push_back(activity.curve);
+  }
+}
+
 HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
                      const TrackingStatus& tracking) {
   const ModelState& model = *sources.model;
@@ -111,8 +133,10 @@ HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
   status.lag = model_lag(tracking, model, request.now);
   if (request.latency_ms > 0.0) status.latency_ms = request.latency_ms;
   status.hand = tracking.hand;
-  for (const auto& [id, activity] : model.activities) {
+  for (const auto& [key, activity] : model.activities) {
     if (!activity.tool.empty() && status.tool.empty()) status.tool = activity.tool;
+    if (status.mode.empty() && activity.client_id == 0) status.mode = activity.mode;
+    if (activity.disk && !status.range) status.range = activity.range;
     status.symmetry = status.symmetry || activity.symmetry;
     if (!activity.name.empty() && activity.client_id != 0) status.others.push_back(activity.name);
   }
@@ -124,6 +148,8 @@ HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
     if (entity->selected) {
       status.selected = entity->name;
       status.representation = entity->representation;
+    } else if (entity->target) {
+      status.target = entity->name;
     }
   }
   return status;
@@ -146,7 +172,8 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   }
   const HudStatus status = hud_status(request, sources, tracking);
   // A plane for the hand that draws; in a picture without one it would only stand in the way.
-  if (status.symmetry && tracking.hand && !tracking.end_of_recording) frame.symmetry = SymmetryHint{};
+  if (tracking.hand && !tracking.end_of_recording) add_symmetry(*sources.model, frame);
+  add_gestures(*sources.model, frame);
   frame.overlay = layout_hud(status, request.width_px, request.height_px, measure);
   return frame;
 }

@@ -31,26 +31,27 @@ std::string report_json(const RunFigures& figures) {
     }
   }
   const std::uint64_t frames = figures.frame_time.count();
-  const nlohmann::json json{{"offscreen", figures.offscreen},
-                            {"size_px", {figures.width_px, figures.height_px}},
-                            {"seconds", figures.seconds},
-                            {"frames", frames},
-                            {"frame_ms", summary(figures.frame_time)},
-                            {"capture_to_client_ms", summary(figures.model.capture_to_receipt)},
-                            {"capture_to_presentation_ms", summary(figures.capture_to_presentation)},
-                            {"connects", figures.model.connects},
-                            {"reconnects", figures.model.connects > 0 ? figures.model.connects - 1 : 0},
-                            {"messages_applied", figures.model.mirror.applied},
-                            {"messages_refused", figures.model.mirror.refused},
-                            {"stale_entities", figures.model.mirror.stale_entities},
-                            {"tracking_frames", figures.tracking.frames},
-                            {"tracking_refused", figures.tracking.refused},
-                            {"scene",
-                             {{"sequence", figures.scene == nullptr ? 0 : figures.scene->sequence},
-                              {"entities", figures.scene == nullptr ? 0 : figures.scene->entities.size()},
-                              {"points", points},
-                              {"triangles", triangles}}},
-                            {"screenshot", figures.screenshot}};
+  const nlohmann::json json{
+      {"offscreen", figures.offscreen},
+      {"size_px", {figures.width_px, figures.height_px}},
+      {"seconds", figures.seconds},
+      {"frames", frames},
+      {"frame_ms", summary(figures.frame_time)},
+      {"capture_to_client_ms", summary(figures.model.capture_to_receipt)},
+      {"capture_to_presentation_ms", summary(figures.capture_to_presentation)},
+      {"connects", figures.model.connects},
+      {"reconnects", figures.model.connects > 0 ? figures.model.connects - 1 : 0},
+      {"messages_applied", figures.model.mirror.applied},
+      {"messages_refused", figures.model.mirror.refused + figures.model.activities_refused},
+      {"stale_entities", figures.model.mirror.stale_entities},
+      {"tracking_frames", figures.tracking.frames},
+      {"tracking_refused", figures.tracking.refused},
+      {"scene",
+       {{"sequence", figures.scene == nullptr ? 0 : figures.scene->sequence},
+        {"entities", figures.scene == nullptr ? 0 : figures.scene->entities.size()},
+        {"points", points},
+        {"triangles", triangles}}},
+      {"screenshot", figures.screenshot}};
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

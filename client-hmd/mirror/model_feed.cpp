@@ -14,7 +14,7 @@ namespace {
 
 constexpr auto rejoin_interval =
     std::chrono::seconds(1);  ///< A server that keeps sending nonsense costs one snapshot a second.
-constexpr std::size_t max_activities = 64;  ///< People in one picture.
+constexpr std::size_t max_activities = 64;  ///< Hands in one picture.
 constexpr std::size_t max_text_bytes = 256;
 
 std::string shortened(const std::string& text) {
@@ -114,12 +114,22 @@ struct ModelFeed::Implementation {
   void on_presence(const v1::Presence& presence) {
     note_capture(presence.capture_time_ns());
     if (presence.gone()) {
-      state.activities.erase(presence.client_id());
-    } else if (state.activities.count(presence.client_id()) != 0 ||
-               state.activities.size() < max_activities) {
-      state.activities[presence.client_id()] =
-          Activity{presence.client_id(), shortened(presence.name()), shortened(presence.tool()),
-                   shortened(presence.entity()), presence.symmetry()};
+      std::erase_if(state.activities,
+                    [&presence](const auto& item) { return item.first.client_id == presence.client_id(); });
+      publish();
+      return;
+    }
+    Result<Activity> activity = read_activity(presence);
+    if (!activity) {
+      const std::lock_guard lock(statistics_mutex);
+      if (statistics.activities_refused++ == 0) {
+        log.warning("refused what somebody says of a hand: {}", activity.error().describe());
+      }
+      return;
+    }
+    ActivityKey key{activity->client_id, activity->name};
+    if (state.activities.count(key) != 0 || state.activities.size() < max_activities) {
+      state.activities[std::move(key)] = std::move(*activity);
     }
     publish();
   }

@@ -3,11 +3,13 @@
 // state to the frame loop, which never waits for it (V5). A refused delta counts, leaves the picture as it
 // was, and makes the feed join again: a reconnect is the same code as a late join (U3).
 
+#include <compare>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
 
+#include "client-hmd/mirror/activity.h"
 #include "client-hmd/mirror/latency.h"
 #include "client-hmd/mirror/scene_mirror.h"
 #include "common/base/clock.h"
@@ -16,13 +18,11 @@
 
 namespace handloft::client {
 
-/// What somebody's hand does, for the HUD.
-struct Activity {
-  std::uint64_t client_id = 0;  ///< 0: the hand that tracking follows, nobody else.
+/// Whose activity: a client may have several hands, told apart by their names.
+struct ActivityKey {
+  std::uint64_t client_id = 0;
   std::string name;
-  std::string tool;    ///< "laying points", "fit"; empty: nothing.
-  std::string entity;  ///< On which entity.
-  bool symmetry = false;
+  auto operator<=>(const ActivityKey&) const = default;
 };
 
 /// One consistent state of the connection.
@@ -36,12 +36,13 @@ struct ModelState {
   TimePoint capture_time;       ///< Of the newest tracking frame that the server has seen, on our clock.
   bool has_capture_time = false;
   TimePoint scene_capture_time;  ///< The same, but only of what shaped `scene`, not of presence; 0: none.
-  std::map<std::uint64_t, Activity> activities;
+  std::map<ActivityKey, Activity> activities;
 };
 
 struct ModelFeedStatistics {
   std::uint64_t connects = 0;  ///< Handshakes; reconnects are one less.
   MirrorStatistics mirror;
+  std::uint64_t activities_refused = 0;  ///< Presence with NaN and the like.
   LatencyHistogram capture_to_receipt;
 };
 

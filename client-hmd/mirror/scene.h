@@ -47,10 +47,13 @@ struct SurfaceMesh {
   std::vector<std::uint32_t> indices;  ///< Three a triangle, always valid.
 };
 
+enum class CurveKind { curve, profile, boundary };
+
 struct SceneCurve {
   std::vector<Vec3f> points;
   bool closed = false;
-  std::uint32_t colour_rgba = 0;
+  std::uint32_t colour_rgba = 0;  ///< 0: the viewer's choice for the kind.
+  CurveKind kind = CurveKind::curve;
 };
 
 enum class Representation { points, surface, both };
@@ -61,7 +64,8 @@ struct Entity {
   std::uint64_t revision = 0;
   Representation representation = Representation::points;
   bool provisional = false;
-  bool selected = false;
+  bool selected = false;                       ///< What gestures act on.
+  bool target = false;                         ///< What the hand would act on now: nearest within reach.
   std::shared_ptr<const PointSet> points;      ///< Null: none.
   std::uint32_t settled_points = 0;            ///< Those that stood before the gesture that is in the air.
   std::shared_ptr<const SurfaceMesh> surface;  ///< Null: none.

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
+#include "client-hmd/mirror/read_curve.h"
 #include "common/codec/mesh_codec.h"
 #include "common/codec/point_codec.h"
 
@@ -105,27 +105,13 @@ Result<std::shared_ptr<const SurfaceMesh>> read_surface(const v1::Mesh& message,
 Result<std::shared_ptr<const std::vector<SceneCurve>>> read_curves(const v1::EntityState& state,
                                                                    const MirrorLimits& limits) {
   if (state.curves().empty()) return std::shared_ptr<const std::vector<SceneCurve>>();
-  constexpr std::size_t bytes_per_point = 3 * sizeof(float);
   auto curves = std::make_shared<std::vector<SceneCurve>>();
   std::size_t total = 0;
   for (const v1::Polyline& line : state.curves()) {
-    if (line.points().size() % bytes_per_point != 0) {
-      return corrupt("curves.points", fmt::format("found {} bytes, expected a multiple of {}",
-                                                  line.points().size(), bytes_per_point));
-    }
-    const std::size_t count = line.points().size() / bytes_per_point;
-    total += count;
-    if (total > limits.max_curve_points) return too_many("curves", total, limits.max_curve_points);
-    SceneCurve curve{std::vector<Vec3f>(count), line.closed(), line.colour_rgba()};
-    if (count > 0) std::memcpy(curve.points.data(), line.points().data(), line.points().size());
-    const auto bad = [&limits](float v) {
-      return !std::isfinite(v) || std::abs(v) > limits.max_coordinate_m;
-    };
-    for (const Vec3f& p : curve.points) {
-      if (bad(p.x) || bad(p.y) || bad(p.z))
-        return corrupt("curves.points", "expected finite positions in the room");
-    }
-    curves->push_back(std::move(curve));
+    Result<SceneCurve> curve = read_curve(line, {limits.max_curve_points - total, limits.max_coordinate_m});
+    if (!curve) return within("curves", curve.error());
+    total += curve->points.size();
+    curves->push_back(std::move(*curve));
   }
   return std::shared_ptr<const std::vector<SceneCurve>>(std::move(curves));
 }
@@ -162,6 +148,7 @@ Result<std::shared_ptr<const Entity>> read_entity(const Entity* held, const v1::
   entity->revision = state.revision();
   entity->provisional = state.provisional();
   entity->selected = state.selected();
+  entity->target = state.target();
   const Result<Representation> representation = read_representation(state.representation());
   if (!representation) return representation.error();
   entity->representation = *representation;
@@ -186,7 +173,7 @@ Result<std::shared_ptr<const Entity>> read_entity(const Entity* held, const v1::
   }
   Result<std::shared_ptr<const std::vector<SceneCurve>>> curves = read_curves(state, limits);
   if (!curves) return curves.error();
-  entity->curves = std::move(*curves);
+  if (state.curves_shown()) entity->curves = std::move(*curves);
   return std::shared_ptr<const Entity>(std::move(entity));
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "client-hmd/render/palette_label.h"
+
 namespace handloft::client {
 namespace {
 
@@ -51,22 +53,14 @@ void main() {
 }
 )glsl";
 
-struct CellSign {
-  PaletteCommand command;
-  std::string_view sign;
-};
-constexpr std::array<CellSign, 6> signs{{{PaletteCommand::fit, "◠"},
-                                         {PaletteCommand::representation, "∴"},
-                                         {PaletteCommand::new_shape, "✚"},
-                                         {PaletteCommand::symmetry, "◐"},
-                                         {PaletteCommand::undo, "↶"},
-                                         {PaletteCommand::redo, "↷"}}};
+constexpr float sign_share = 0.36F;         ///< Height of a sign's text, of its cell.
+constexpr float label_width_share = 0.92F;  ///< Of the cell's width.
 
-std::string_view sign_of(PaletteCommand command) {
-  for (const CellSign& cell : signs) {
-    if (cell.command == command) return cell.sign;
-  }
-  return "?";
+/// Every character on the palette.
+std::string palette_characters() {
+  std::string all;
+  for (const PaletteCell& cell : table_palette) all.append(cell.label).append(cell.sign);
+  return all;
 }
 
 Result<GlTexture> upload(const FontAtlas& atlas) {
@@ -99,7 +93,7 @@ Result<FlatPass> FlatPass::create() {
   pass.buffer_ = GlBuffer::create();
   for (auto [font, height] :
        {std::pair{&pass.small_, small_font_px}, std::pair{&pass.large_, large_font_px}}) {
-    Result<FontAtlas> atlas = FontAtlas::load(font_family, height);
+    Result<FontAtlas> atlas = FontAtlas::load(font_family, height, palette_characters());
     if (!atlas) return atlas.error();
     font->atlas = std::move(*atlas);
     Result<GlTexture> texture = upload(font->atlas);
@@ -205,15 +199,25 @@ void FlatPass::draw_palette(const Frame& frame, const EyeUniforms& eye) {
     constexpr float rim_m = 0.0007F;
     add_panel(sheet, {{-w / 2, -h / 2}, {w, h}, 0.006F, rim});
     add_panel(sheet, {{-w / 2 + rim_m, -h / 2 + rim_m}, {w - 2 * rim_m, h - 2 * rim_m}, 0.0055F, face});
-    add_text(sheet, large_,
-             {std::string(sign_of(cell.command)), {0.0F, 0.0005F}, 0.021F, ink, TextAlign::centre});
-
-    // The label in one line where it fits, else smaller: never outside its cell.
-    constexpr float preferred_m = 0.0085F;
-    const float widest = 0.88F * w;
-    const float width = large_.atlas.measure(cell.label) * preferred_m;
-    const float height = width > widest ? preferred_m * widest / width : preferred_m;
-    add_text(sheet, large_, {std::string(cell.label), {0.0F, 0.0165F}, height, ink, TextAlign::centre});
+    // The sign in the upper half, the label below it; without a sign the label has the cell for itself.
+    const std::string_view sign = cell.sign;
+    const float label_top = sign.empty() ? -0.45F * h : 0.06F * h;
+    const float label_bottom = 0.45F * h;
+    if (!sign.empty()) {
+      add_text(sheet, large_,
+               {std::string(sign), {0.0F, -0.06F * h}, sign_share * h, ink, TextAlign::centre});
+    }
+    const PaletteLabel label =
+        fit_label(cell.label, {label_width_share * w, label_bottom - label_top},
+                  [this](std::string_view text) { return large_.atlas.measure(text); });
+    const float step = label_line_spacing * label.height_m;
+    // Baselines such that the lines' middle is the middle of their room.
+    float baseline = 0.5F * (label_top + label_bottom) + 0.36F * label.height_m -
+                     0.5F * step * static_cast<float>(label.lines.size() - 1);
+    for (const std::string& line : label.lines) {
+      add_text(sheet, large_, {line, {0.0F, baseline}, label.height_m, ink, TextAlign::centre});
+      baseline += step;
+    }
   }
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_FALSE);

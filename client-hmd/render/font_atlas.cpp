@@ -66,7 +66,7 @@ std::u32string decode_utf8(std::string_view text) {
   return out;
 }
 
-Result<FontAtlas> FontAtlas::load(std::string_view family, int pixel_height) {
+Result<FontAtlas> FontAtlas::load(std::string_view family, int pixel_height, std::string_view more) {
   const std::string file = find_font_file(family);
   if (file.empty()) {
     return make_error(ErrorCode::not_found,
@@ -86,6 +86,7 @@ Result<FontAtlas> FontAtlas::load(std::string_view family, int pixel_height) {
   for (char32_t c = 0x20; c < 0x7F; ++c) characters.push_back(c);
   for (char32_t c = 0xA1; c <= 0xFF; ++c) characters.push_back(c);
   characters += signs;
+  characters += decode_utf8(more);
 
   FontAtlas atlas;
   atlas.width_ = atlas_width_px;
@@ -94,6 +95,7 @@ Result<FontAtlas> FontAtlas::load(std::string_view family, int pixel_height) {
   int y = padding_px;
   int row_height = 0;
   for (const char32_t c : characters) {
+    if (atlas.has(c)) continue;
     const FT_UInt index = FT_Get_Char_Index(raw_face, c);
     if (index == 0 || FT_Load_Glyph(raw_face, index, FT_LOAD_RENDER | FT_LOAD_TARGET_LIGHT) != 0) continue;
     const FT_GlyphSlot slot = raw_face->glyph;

@@ -20,14 +20,15 @@ struct Glyph {
 
 class FontAtlas {
  public:
-  /// `pixel_height`: of the em. Errors: not_found when no font is installed, naming a package; io when
-  /// FreeType cannot read it.
-  static Result<FontAtlas> load(std::string_view family, int pixel_height);
+  /// `pixel_height`: of the em; `more`: UTF-8, characters beside Latin letters and the HUD's signs. Errors:
+  /// not_found when no font is installed, naming a package; io when FreeType cannot read it.
+  static Result<FontAtlas> load(std::string_view family, int pixel_height, std::string_view more = {});
 
   int width() const { return width_; }
   int height() const { return height_; }
   int pixel_height() const { return pixel_height_; }
   const std::vector<std::uint8_t>& coverage() const { return coverage_; }  ///< width * height, 255: ink.
+  bool has(char32_t character) const { return glyphs_.count(character) != 0; }
   /// A character that the font lacks is shown as '?'.
   const Glyph& glyph(char32_t character) const;
   /// Width of a line in units of the atlas's em (multiply by the height in pixels).

@@ -39,7 +39,15 @@ struct PressureMark {
 /// New strokes are mirrored at this plane (A12).
 struct SymmetryHint {
   glm::vec3 origin{0.0F};
-  glm::vec3 normal{1.0F, 0.0F, 0.0F};  ///< The interaction's own plane: x = 0.
+  glm::vec3 normal{1.0F, 0.0F, 0.0F};  ///< Unit.
+};
+
+/// The modification disk of a closed hand (A13), and how far its push will reach (A16).
+struct DiskHint {
+  glm::vec3 centre{0.0F};
+  glm::vec3 normal{0.0F, 0.0F, 1.0F};  ///< Unit: the direction of pushing.
+  float radius_m = 0.0F;
+  float range = 0.0F;  ///< 0..1
 };
 
 /// A rounded rectangle in output pixels, origin top left.
@@ -74,7 +82,9 @@ struct Frame {
   std::vector<FingerMark> fingers;
   std::optional<PressureMark> pressure;
   std::optional<SymmetryHint> symmetry;
-  std::optional<PaletteCommand> touched;  ///< The palette's cell under the hand.
+  std::vector<DiskHint> disks;                                ///< One a closed hand.
+  std::vector<std::shared_ptr<const SceneCurve>> air_curves;  ///< Being drawn; never null.
+  std::optional<PaletteCommand> touched;                      ///< The palette's cell under the hand.
   Overlay overlay;
   glm::mat3 warp{1.0F};  ///< rotation_warp(): drawn pixel from display pixel.
 };

@@ -11,7 +11,8 @@ namespace {
 constexpr float fingertip_radius_m = 0.0045F;  ///< About the size of a coloured cap.
 constexpr float ring_radius_m = 0.015F;        ///< Just wider than the most uncertain point (A2: 12.7 mm).
 constexpr float plane_half_extent_m = 0.11F;
-constexpr float ribbon_width_px = 2.5F;
+constexpr float lying_normal_z =
+    0.7F;  ///< A plane whose normal leans up more than this lies rather than stands.
 
 constexpr std::string_view billboard_vertex_glsl = R"glsl(
 uniform mat4 u_eye_from_world;
@@ -100,64 +101,6 @@ void main() {
 }
 )glsl";
 
-constexpr std::string_view ribbon_vertex_glsl = R"glsl(
-layout(location = 0) in vec3 a_position;
-layout(location = 1) in vec3 a_next;
-layout(location = 2) in float a_side;
-layout(location = 3) in vec4 a_colour;
-uniform mat4 u_eye_from_world;
-uniform mat4 u_clip_from_eye;
-uniform vec2 u_viewport;
-uniform float u_width_px;
-out vec4 colour;
-out float across;
-out float eye_depth;
-void main() {
-  vec4 here = u_eye_from_world * vec4(a_position, 1.0);
-  vec4 ahead = u_eye_from_world * vec4(a_next, 1.0);
-  vec4 clip = u_clip_from_eye * here;
-  vec4 clip_ahead = u_clip_from_eye * ahead;
-  vec2 way = (clip_ahead.xy / max(clip_ahead.w, 1e-4) - clip.xy / max(clip.w, 1e-4)) * u_viewport;
-  vec2 normal = length(way) > 1e-6 ? normalize(vec2(-way.y, way.x)) : vec2(0.0, 1.0);
-  across = a_side;
-  clip.xy += normal * a_side * (u_width_px + 1.0) / u_viewport * clip.w;
-  colour = a_colour;
-  eye_depth = -here.z;
-  gl_Position = clip;
-}
-)glsl";
-
-constexpr std::string_view ribbon_glsl = R"glsl(
-in vec4 colour;
-in float across;
-in float eye_depth;
-void main() { emit(pow(colour.rgb, vec3(2.2)), 1.0, eye_depth); }
-)glsl";
-
-struct RibbonVertex {
-  Vec3f position, next;
-  float side;
-  std::array<float, 4> colour;
-};
-
-void append_ribbon(const SceneCurve& curve, std::vector<RibbonVertex>& out) {
-  const std::size_t count = curve.points.size();
-  if (count < 2) return;
-  const auto channel = [&curve](unsigned shift) {
-    return static_cast<float>((curve.colour_rgba >> shift) & 0xFFU) / 255.0F;
-  };
-  const std::array<float, 4> colour{channel(24), channel(16), channel(8), channel(0)};
-  const std::size_t segments = curve.closed ? count : count - 1;
-  for (std::size_t i = 0; i < segments; ++i) {
-    const Vec3f& a = curve.points[i];
-    const Vec3f& b = curve.points[(i + 1) % count];
-    // The far end looks back, so that its side is mirrored.
-    const RibbonVertex a_left{a, b, 1.0F, colour}, a_right{a, b, -1.0F, colour};
-    const RibbonVertex b_left{b, a, -1.0F, colour}, b_right{b, a, 1.0F, colour};
-    out.insert(out.end(), {a_left, a_right, b_left, b_left, a_right, b_right});
-  }
-}
-
 }  // namespace
 
 Result<MarkPass> MarkPass::create() {
@@ -170,8 +113,7 @@ Result<MarkPass> MarkPass::create() {
   const std::array recipes{
       Recipe{&pass.ball_, "ball", billboard_vertex_glsl, {emit_glsl, studio_light_glsl, ball_glsl}},
       Recipe{&pass.ring_, "ring", billboard_vertex_glsl, {ring_glsl}},
-      Recipe{&pass.plane_, "plane", plane_vertex_glsl, {emit_glsl, plane_glsl}},
-      Recipe{&pass.ribbon_, "ribbon", ribbon_vertex_glsl, {emit_glsl, ribbon_glsl}}};
+      Recipe{&pass.plane_, "plane", plane_vertex_glsl, {emit_glsl, plane_glsl}}};
   for (const Recipe& recipe : recipes) {
     const std::array vertex{recipe.vertex};
     Result<GlProgram> program = GlProgram::build(recipe.name, vertex, recipe.fragment);
@@ -179,8 +121,9 @@ Result<MarkPass> MarkPass::create() {
     *recipe.program = std::move(*program);
   }
   pass.no_vertices_ = GlVertexArray::create();
-  pass.ribbon_array_ = GlVertexArray::create();
-  pass.ribbon_buffer_ = GlBuffer::create();
+  Result<RibbonPass> ribbons = RibbonPass::create();
+  if (!ribbons) return ribbons.error();
+  pass.ribbons_ = std::move(*ribbons);
   return pass;
 }
 
@@ -201,46 +144,34 @@ void MarkPass::draw_balls(const Frame& frame, const EyeUniforms& eye, Stage stag
 void MarkPass::draw_opaque(const Frame& frame, const EyeUniforms& eye) {
   draw_balls(frame, eye, Stage::opaque);
   if (frame.scene == nullptr) return;
-  std::vector<RibbonVertex> vertices;
+  Ribbons lines;
   for (const auto& [id, entity] : frame.scene->entities) {
     if (entity->curves == nullptr) continue;
-    for (const SceneCurve& curve : *entity->curves) append_ribbon(curve, vertices);
+    for (const SceneCurve& curve : *entity->curves) {
+      lines.add(curve.points, curve.closed, ribbon_style(curve.kind, curve.colour_rgba));
+    }
   }
-  if (vertices.empty()) return;
-  glBindVertexArray(ribbon_array_.id());
-  glBindBuffer(GL_ARRAY_BUFFER, ribbon_buffer_.id());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(RibbonVertex)),
-               vertices.data(), GL_STREAM_DRAW);
-  const auto attribute = [](GLuint index, GLint count, std::size_t at) {
-    glEnableVertexAttribArray(index);
-    glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(RibbonVertex),
-                          reinterpret_cast<const void*>(at));
-  };
-  attribute(0, 3, offsetof(RibbonVertex, position));
-  attribute(1, 3, offsetof(RibbonVertex, next));
-  attribute(2, 1, offsetof(RibbonVertex, side));
-  attribute(3, 4, offsetof(RibbonVertex, colour));
-  ribbon_.use();
-  set_common_uniforms(ribbon_, eye, Stage::opaque);
-  ribbon_.set("u_viewport", eye.viewport_px);
-  ribbon_.set("u_width_px", ribbon_width_px);
-  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices.size()));
-  glBindVertexArray(0);
+  ribbons_.draw(lines, eye, 1.0F);
 }
 
 void MarkPass::draw_transparent(const Frame& frame, const EyeUniforms& eye, Stage stage) {
   draw_balls(frame, eye, stage);
   if (!frame.symmetry) return;
   const glm::vec3 normal = frame.symmetry->normal;
-  // A standing rectangle: along the plane's trace on the table, and upwards within the plane.
+  // A rectangle about where the plane passes nearest to the table's centre: its edges along the plane's trace
+  // on the table and, within the plane, upwards. One that stands begins at the table; one that lies is
+  // centred.
+  const glm::vec3 base = glm::dot(frame.symmetry->origin, normal) * normal;
   glm::vec3 along = glm::cross(glm::vec3(0.0F, 0.0F, 1.0F), normal);
   along = glm::length(along) > 1e-3F ? glm::normalize(along) : glm::vec3(1.0F, 0.0F, 0.0F);
-  const glm::vec3 up = glm::normalize(glm::cross(normal, along));
+  glm::vec3 up = glm::normalize(glm::cross(normal, along));
+  if (up.z < 0.0F) up = -up;
+  const float below = std::abs(normal.z) < lying_normal_z ? 0.0F : 0.5F * plane_half_extent_m;
   plane_.use();
   set_common_uniforms(plane_, eye, stage);
-  plane_.set("u_origin", frame.symmetry->origin);
+  plane_.set("u_origin", base - below * up);
   plane_.set("u_along", along * plane_half_extent_m);
-  plane_.set("u_up", (up.z < 0.0F ? -up : up) * plane_half_extent_m);
+  plane_.set("u_up", up * plane_half_extent_m);
   glBindVertexArray(no_vertices_.id());
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }

@@ -1,9 +1,9 @@
 #pragma once
 // The cursor and other marks in space: fingertips as small lit balls, the ring that shows pressure, the plane
-// of symmetry, and curves as ribbons of constant width on the screen.
+// of symmetry, and the curves of shapes.
 
 #include "client-hmd/render/frame.h"
-#include "client-hmd/render/surface_pass.h"
+#include "client-hmd/render/ribbon_pass.h"
 
 namespace handloft::client {
 
@@ -24,10 +24,8 @@ class MarkPass {
   GlProgram ball_;
   GlProgram plane_;
   GlProgram ring_;
-  GlProgram ribbon_;
   GlVertexArray no_vertices_;
-  GlVertexArray ribbon_array_;
-  GlBuffer ribbon_buffer_;
+  RibbonPass ribbons_;
 };
 
 }  // namespace handloft::client

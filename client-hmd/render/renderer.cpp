@@ -5,6 +5,7 @@
 #include <array>
 
 #include "client-hmd/render/flat_pass.h"
+#include "client-hmd/render/gesture_pass.h"
 #include "client-hmd/render/mark_pass.h"
 #include "client-hmd/render/stage_pass.h"
 #include "client-hmd/render/targets.h"
@@ -72,6 +73,7 @@ struct Renderer::Implementation {
   SurfacePass surfaces;
   PointPass points;
   MarkPass marks;
+  GesturePass gestures;
   FlatPass flat;
   GlProgram resolve;
   GlProgram copy;
@@ -192,6 +194,7 @@ struct Renderer::Implementation {
       resident = scene;
       surfaces.update(*scene);
       points.update(*scene);
+      gestures.update(*scene);
       stage.update_shadow(*scene, surfaces, points);
     }
 
@@ -214,6 +217,7 @@ struct Renderer::Implementation {
       blend_weighted(frame, eye);
     }
     targets.bind_picture();
+    gestures.draw(frame, eye);
     marks.draw_cursor(frame, eye);
 
     glBindFramebuffer(GL_FRAMEBUFFER, target);
@@ -253,7 +257,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create() {
   for (const Status& made :
        {take(StagePass::create(), parts->stage), take(SurfacePass::create(), parts->surfaces),
         take(PointPass::create(), parts->points), take(MarkPass::create(), parts->marks),
-        take(FlatPass::create(), parts->flat),
+        take(GesturePass::create(), parts->gestures), take(FlatPass::create(), parts->flat),
         take(GlProgram::build("resolve", vertex, resolve), parts->resolve),
         take(GlProgram::build("copy", vertex, copy), parts->copy),
         take(GlProgram::build("present", vertex, present), parts->present)}) {

@@ -8,9 +8,9 @@ namespace handloft::client {
 enum class StandardView { perspective, front, top };
 
 struct OrbitCamera {
-  glm::dvec3 target{0.075, -0.012, 0.014};  ///< Between the work and the palette.
-  double distance_m = 0.54;
-  double azimuth_rad = -1.22;   ///< 0: seen from +x; -pi/2: from -y, the designer's side.
+  glm::dvec3 target{0.035, -0.065, 0.02};  ///< Between the work and the blocks of the palette around it.
+  double distance_m = 0.70;
+  double azimuth_rad = -1.40;   ///< 0: seen from +x; -pi/2: from -y, the designer's side.
   double elevation_rad = 0.56;  ///< pi/2: from above.
   double fov_y_rad = 0.50;      ///< Long enough not to bend the shape in the eye.
 

@@ -1,6 +1,6 @@
-// Bytes as a SceneSnapshot and SceneDeltas into the mirror: never a crash, never an index or number that is
-// not valid. Two bytes (little-endian) before each piece say how long it is; the first piece is the
-// snapshot.
+// Bytes as a SceneSnapshot and SceneDeltas into the mirror, and as what somebody says of a hand: never a
+// crash, never an index or number that is not valid. Two bytes (little-endian) before each piece say how long
+// it is; the first piece is the snapshot.
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdlib>
 
+#include "client-hmd/mirror/activity.h"
 #include "client-hmd/mirror/scene_mirror.h"
 
 namespace {
@@ -39,6 +40,20 @@ void check(const SceneMirror& mirror) {
   }
 }
 
+void check(const handloft::v1::Presence& presence) {
+  const auto activity = handloft::client::read_activity(presence);
+  if (!activity) return;
+  require(activity->range >= 0.0F && activity->range <= 1.0F);
+  if (activity->disk) {
+    require(std::isfinite(activity->disk->centre.x) && std::isfinite(activity->disk->normal.y) &&
+            activity->disk->radius_m >= 0.0F && activity->disk->radius_m <= 1.0F);
+  }
+  if (activity->symmetry_plane) require(std::isfinite(activity->symmetry_plane->normal.z));
+  if (activity->curve != nullptr) {
+    for (const auto& point : activity->curve->points) require(std::isfinite(point.x + point.y + point.z));
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -59,6 +74,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       handloft::v1::SceneDelta delta;
       if (delta.ParseFromArray(data + header, bytes)) (void)mirror.apply(delta).ok();
     }
+    handloft::v1::Presence presence;
+    if (presence.ParseFromArray(data + header, bytes)) check(presence);
     first = false;
     check(mirror);
     data += header + length;

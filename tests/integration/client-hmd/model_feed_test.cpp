@@ -172,7 +172,7 @@ TEST_F(Feeds, PresenceSaysWhatTheHandDoes) {
   envelope.mutable_presence()->set_symmetry(true);
   server.send(envelope);
   ASSERT_TRUE(eventually([&] { return feed->state()->activities.size() == 1; }));
-  EXPECT_EQ(feed->state()->activities.at(4).tool, "laying points");
+  EXPECT_EQ(feed->state()->activities.at({4, ""}).tool, "laying points");
   envelope.mutable_presence()->set_gone(true);
   server.send(envelope);
   ASSERT_TRUE(eventually([&] { return feed->state()->activities.empty(); }));

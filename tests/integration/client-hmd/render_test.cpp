@@ -4,49 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 
 #include "client-hmd/hud/hud.h"
-#include "client-hmd/render/offscreen_context.h"
-#include "client-hmd/render/renderer.h"
-#include "client-hmd/view/orbit_camera.h"
+#include "tests/integration/client-hmd/rendering_fixture.h"
 #include "tests/integration/client-hmd/synthetic_scene.h"
 
 namespace handloft::client {
 namespace {
 
-class Rendering : public testing::Test {
- protected:
-  void SetUp() override {
-    Result<std::unique_ptr<OffscreenContext>> context = OffscreenContext::create();
-    ASSERT_TRUE(context.ok()) << context.error().describe();
-    context_ = std::move(*context);
-    Result<std::unique_ptr<Renderer>> renderer = Renderer::create();
-    ASSERT_TRUE(renderer.ok()) << renderer.error().describe();
-    renderer_ = std::move(*renderer);
-  }
-  void TearDown() override {
-    renderer_.reset();
-    context_.reset();
-  }
-
-  Image draw(const Frame& frame, const RenderOptions& options = {}) {
-    Result<Image> image = renderer_->draw_to_image(frame, options);
-    EXPECT_TRUE(image.ok()) << image.error().describe();
-    return image.ok() ? *image : Image{};
-  }
-
-  static Frame frame_of(std::shared_ptr<const Scene> scene, int width = 480, int height = 270) {
-    Frame frame;
-    frame.scene = std::move(scene);
-    frame.eye = OrbitCamera().eye(width, height);
-    return frame;
-  }
-
-  std::unique_ptr<OffscreenContext> context_;
-  std::unique_ptr<Renderer> renderer_;
-};
+using test::Rendering;
 
 /// Mean position of the pixels for which `is_marked` holds, top left pixel's centre at (0, 0).
 glm::dvec2 centroid(const Image& image, const std::function<bool(const std::uint8_t*)>& is_marked) {
@@ -71,7 +38,6 @@ bool is_green(const std::uint8_t* p) {
 }
 
 TEST_F(Rendering, MatchesTheGoldenPicture) {
-  constexpr const char* golden_path = "tests/data/golden/client_scene.png";
   Frame frame = frame_of(test::synthetic_scene());
   frame.fingers = {{{0.03F, -0.05F, 0.07F}, {0.7F, 0.06F, 0.05F}, 1.0F},
                    {{0.0F, -0.06F, 0.07F}, {0.1F, 0.5F, 0.1F}, 0.5F}};
@@ -80,18 +46,7 @@ TEST_F(Rendering, MatchesTheGoldenPicture) {
   RenderOptions still;
   still.supersampling = 2;
   const Image picture = draw(frame, still);
-  if (std::getenv("HANDLOFT_UPDATE_GOLDEN") != nullptr) {
-    ASSERT_TRUE(write_png(golden_path, picture).ok());
-    GTEST_SKIP() << "wrote " << golden_path << "; look at it before it is committed";
-  }
-  const Result<Image> golden = read_png(golden_path);
-  ASSERT_TRUE(golden.ok()) << golden.error().describe();
-  // Drivers round the edges of triangles differently.
-  const double difference = *mean_absolute_difference(picture, *golden);
-  const double similarity = *structural_similarity(picture, *golden);
-  if (difference > 1.5 || similarity < 0.98) (void)write_png("build/client_scene_failed.png", picture);
-  EXPECT_LT(difference, 1.5);
-  EXPECT_GT(similarity, 0.98);
+  expect_golden(picture, "client_scene");
 }
 
 TEST_F(Rendering, ShowsEveryChangeOfTheScene) {

@@ -66,6 +66,9 @@ TEST(Hud, StaysInsideThePictureAtAnySize) {
   HudStatus status = live();
   status.hand = HandStatus{v1::GESTURE_OPEN, 0.7, true, true, 80};
   status.tool = "laying points";
+  status.range = 1.0F;
+  status.symmetry = true;
+  status.target = "side";
   status.latency_ms = 11.0;
   status.selected = "top";
   status.representation = Representation::both;
@@ -80,6 +83,19 @@ TEST(Hud, StaysInsideThePictureAtAnySize) {
       EXPECT_LE(panel.position.y + panel.size.y, static_cast<float>(height));
     }
   }
+}
+
+TEST(Hud, TellsModeRangeAndTarget_A25) {
+  HudStatus status = live();
+  status.hand = HandStatus{v1::GESTURE_POINTING, 0.0, false, true, 80};
+  status.mode = "boundary";
+  EXPECT_THAT(all_text(status), testing::HasSubstr("draws boundary"));
+  status.hand->gesture = v1::GESTURE_CLOSED;
+  status.range = 0.42F;
+  status.target = "side";
+  EXPECT_THAT(all_text(status), testing::HasSubstr("Range 42 %"));
+  EXPECT_THAT(all_text(status), testing::Not(testing::HasSubstr("draws")));
+  EXPECT_THAT(all_text(status), testing::HasSubstr("acts on side"));
 }
 
 TEST(Hud, PressureBarGrowsWithPressure_V7) {

@@ -114,6 +114,29 @@ TEST(SceneMirror, RefusesADeltaWithoutASnapshotOrOfAnotherEpoch) {
   EXPECT_EQ(mirror.statistics().refused, 3U);
 }
 
+TEST(SceneMirror, KeepsCurvesUntilAWholeSetComes) {
+  SceneMirror mirror;
+  v1::SceneSnapshot first = snapshot();
+  v1::EntityState& entity = *first.mutable_entities(0);
+  entity.set_curves_shown(true);
+  entity.set_target(true);
+  entity.add_curves()->set_points(std::string(24, '\0'));
+  entity.add_curves()->set_kind(v1::Polyline::PROFILE);
+  ASSERT_TRUE(mirror.apply(first).ok());
+  EXPECT_TRUE(top(mirror).target);
+  ASSERT_EQ(top(mirror).curves->size(), 2U);
+  EXPECT_EQ(top(mirror).curves->at(0).points.size(), 2U);
+  EXPECT_EQ(top(mirror).curves->at(1).kind, CurveKind::profile);
+
+  ASSERT_TRUE(mirror.apply(delta(2)).ok());
+  EXPECT_EQ(top(mirror).curves->size(), 2U) << "unchanged";
+  EXPECT_FALSE(top(mirror).target) << "told anew every time";
+  v1::SceneDelta none = delta(3, 3);
+  none.mutable_changed(0)->set_curves_shown(true);
+  ASSERT_TRUE(mirror.apply(none).ok());
+  EXPECT_EQ(top(mirror).curves, nullptr);
+}
+
 /// Every way to spoil a good delta that we could think of.
 struct Spoiler {
   const char* name;
