@@ -137,6 +137,15 @@ void write_document(const Document& document, Writer::Sink sink) {
   out.u64(document.used_ids->size());
   for (const std::string& id : *document.used_ids) out.text(id);
   out.u64(document.next_shape);
+  out.u64(document.present);
+  out.u64(document.alternatives->size());
+  for (const Alternative& alternative : *document.alternatives) {
+    out.text(alternative.name);
+    out.u8(alternative.entities ? 1 : 0);
+    if (!alternative.entities) continue;
+    out.u64(alternative.entities->size());
+    for (const auto& [id, entity] : *alternative.entities) write_entity(out, entity);
+  }
   out.flush();
 }
 

@@ -23,6 +23,7 @@ std::vector<std::string> Changes::all() const {
 
 Changes difference(const Document& before, const Document& after) {
   Changes changes;
+  changes.alternatives = before.present != after.present || before.alternatives != after.alternatives;
   auto a = before.entities.begin();
   auto b = after.entities.begin();
   while (a != before.entities.end() || b != after.entities.end()) {
@@ -72,6 +73,16 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
       return import_strokes(document, operation.import_strokes(), context);
     case v1::Operation::kModifyProfile:
       return modify_profile(document, operation.modify_profile(), context);
+    case v1::Operation::kImportReference:
+      return import_reference(document, operation.import_reference(), context);
+    case v1::Operation::kNewAlternative:
+      return new_alternative(document, operation.new_alternative(), context);
+    case v1::Operation::kSwitchAlternative:
+      return switch_alternative(document, operation.switch_alternative(), context);
+    case v1::Operation::kRestoreAlternative:
+      return restore_alternative(document, operation.restore_alternative(), context);
+    case v1::Operation::kDeleteAlternative:
+      return delete_alternative(document, operation.delete_alternative(), context);
     case v1::Operation::kUndo:
     case v1::Operation::kRedo:
       return not_for_a_document("undo and redo belong to a model's history");
@@ -83,11 +94,6 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
     case v1::Operation::kMovePoints:
     case v1::Operation::kTransform:
     case v1::Operation::kDuplicate:
-    case v1::Operation::kImportReference:
-    case v1::Operation::kNewAlternative:
-    case v1::Operation::kSwitchAlternative:
-    case v1::Operation::kRestoreAlternative:
-    case v1::Operation::kDeleteAlternative:
     case v1::Operation::BODY_NOT_SET:
       break;
   }

@@ -19,14 +19,33 @@
 
 namespace handloft::model {
 
-struct Document {
+/// A named design among several (A28).
+struct Alternative {
   using Entities = std::map<std::string, EntityPtr, std::less<>>;
+
+  std::string name;
+  std::shared_ptr<const Entities> entities;  ///< Null for the present one, whose are Document::entities.
+};
+using Alternatives = std::vector<Alternative>;
+
+struct Document {
+  using Entities = Alternative::Entities;
   using Ids = std::set<std::string, std::less<>>;
+
+  /// What the only alternative of a new document is called.
+  static constexpr std::string_view first_alternative = "main";
 
   Entities entities;
   std::shared_ptr<const Ids> used_ids =
       std::make_shared<const Ids>();  ///< Alive or deleted: never given again.
   std::uint64_t next_shape = 1;       ///< One more than the largest N of a "shape-N" so far.
+  /// In the order of making, the present one among them. An entity has its id in all of them; used_ids and
+  /// next_shape are of all together.
+  std::shared_ptr<const Alternatives> alternatives = std::make_shared<const Alternatives>(
+      Alternatives{Alternative{std::string(first_alternative), nullptr}});
+  std::size_t present = 0;  ///< Index of the alternative that is worked on.
+
+  const std::string& present_alternative() const { return (*alternatives)[present].name; }
 
   /// Null when there is none of that id.
   EntityPtr find(std::string_view id) const;
@@ -37,7 +56,8 @@ struct Document {
 /// What differs between two documents, by identity of the entities: ids in ascending order.
 struct Changes {
   std::vector<std::string> created, changed, removed;
-  bool empty() const { return created.empty() && changed.empty() && removed.empty(); }
+  bool alternatives = false;  ///< Which there are, or which is the present one.
+  bool empty() const { return created.empty() && changed.empty() && removed.empty() && !alternatives; }
   /// Created, changed and removed together, ascending.
   std::vector<std::string> all() const;
 };

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "server-model/model/canonical.h"
+#include "server-model/model/comparison.h"
+#include "server-model/model/reference_distance.h"
 #include "server-model/model/validate.h"
 
 namespace handloft::model {
@@ -190,9 +192,16 @@ Result<v1::QueryResult> answer(const v1::Query& query, const Document& document,
     }
     case v1::Query::kHistory:
       return history_of(history);
-    case v1::Query::kAlternatives:
+    case v1::Query::kAlternatives: {
+      v1::QueryResult result;
+      result.mutable_alternatives()->set_present(document.present_alternative());
+      for (const Alternative& each : *document.alternatives) result.mutable_alternatives()->add_names(each.name);
+      return result;
+    }
     case v1::Query::kCompare:
+      return compare(query.compare(), document);
     case v1::Query::kDistance:
+      return distance_to_reference(query.distance(), document);
     case v1::Query::kPick:
     case v1::Query::BODY_NOT_SET:
       break;

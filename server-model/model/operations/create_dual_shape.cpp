@@ -15,12 +15,17 @@ void put(Document& document, DualShape shape) {
 }
 
 Status add_entity(Document& document, DualShape shape, std::string_view field, const Limits& limits) {
-  if (document.used_ids->contains(shape.id)) {
+  return add_entity(document, std::make_shared<const DualShape>(std::move(shape)), field, limits);
+}
+
+Status add_entity(Document& document, EntityPtr entity, std::string_view field, const Limits& limits) {
+  const std::string& id = entity->id;
+  if (document.used_ids->contains(id)) {
     return make_error(
         ErrorCode::already_exists,
         fmt::format(
-            "the id \"{}\" {}", shape.id,
-            document.find(shape.id) ? "is taken" : "belonged to a deleted entity; ids are never used again"),
+            "the id \"{}\" {}", id,
+            document.find(id) ? "is taken" : "belonged to a deleted entity; ids are never used again"),
         std::string(field));
   }
   if (document.entities.size() >= limits.max_entities || document.used_ids->size() >= limits.max_used_ids) {
@@ -32,9 +37,9 @@ Status add_entity(Document& document, DualShape shape, std::string_view field, c
         std::string(field));
   }
   auto ids = std::make_shared<Document::Ids>(*document.used_ids);
-  ids->insert(shape.id);
+  ids->insert(id);
   document.used_ids = std::move(ids);
-  put(document, std::move(shape));
+  document.entities.insert_or_assign(id, std::move(entity));
   return {};
 }
 

@@ -34,6 +34,16 @@ Result<Outcome> modify_profile(const Document&, const handloft::v1::ModifyProfil
 /// Only with `resolved` filled; failed_precondition otherwise.
 Result<Outcome> import_strokes(const Document&, const handloft::v1::ImportStrokes&, const ApplyContext&);
 
+/// Only with `resolved` filled; failed_precondition otherwise.
+Result<Outcome> import_reference(const Document&, const handloft::v1::ImportReference&, const ApplyContext&);
+Result<Outcome> new_alternative(const Document&, const handloft::v1::NewAlternative&, const ApplyContext&);
+Result<Outcome> switch_alternative(const Document&, const handloft::v1::SwitchAlternative&,
+                                   const ApplyContext&);
+Result<Outcome> restore_alternative(const Document&, const handloft::v1::RestoreAlternative&,
+                                    const ApplyContext&);
+Result<Outcome> delete_alternative(const Document&, const handloft::v1::DeleteAlternative&,
+                                   const ApplyContext&);
+
 // --- shared by several operations ---
 
 /// What a message asks to be shown. invalid_argument for anything but POINTS, SURFACE and BOTH.
@@ -46,8 +56,13 @@ void show(Document& document, std::string_view entity, Representation representa
 /// Puts a changed shape in the place of the former one of its id.
 void put(Document& document, DualShape shape);
 
-/// Marks an id as used and adds the shape. Errors: already_exists, resource_exhausted.
+/// Marks an id as used and adds the entity. Errors: already_exists, resource_exhausted.
 Status add_entity(Document& document, DualShape shape, std::string_view field, const Limits& limits);
+Status add_entity(Document& document, EntityPtr entity, std::string_view field, const Limits& limits);
+
+/// The index of the alternative of this name; not_found names the field.
+Result<std::size_t> require_alternative(const Document& document, std::string_view name,
+                                        std::string_view field);
 
 /// Adds points to a stroke, thinned (A1) and mirrored (A12) as the shape's symmetry says: on the first points
 /// under Symmetry::partner the partner shape is made. `stroke` continues a stroke or is stroke_count + 1.
