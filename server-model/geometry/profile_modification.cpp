@@ -4,18 +4,15 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
+#include "server-model/geometry/design_block.h"
 #include "server-model/geometry/fit_checks.h"
 #include "server-model/geometry/resample.h"
 
 namespace handloft::geometry {
 namespace {
-
-/// Rows per block: see RowQr.
-constexpr std::size_t block_points = 256;
 
 bool lexicographically_less(const Vec3& a, const Vec3& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
@@ -25,18 +22,20 @@ bool curve_less(const Curve& a, const Curve& b) {
   return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), lexicographically_less);
 }
 
-template <typename RowOf>
-void append_rows(RowQr& qr, std::size_t count, const RowOf& row_of) {
-  Eigen::MatrixXd block(block_points, qr.columns() + 1);
-  Eigen::Index used = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    row_of(i, block.data() + used, block.outerStride());
-    if (++used == block.rows()) {
-      qr.append(block);
-      used = 0;
+/// Appends the rows sqrt(theta) (monomials | height) of points; heights are above `surface`, or z as it is
+/// without one.
+void append_points(RowQr& qr, const detail::ScaledPoints& points, int degree,
+                   const PolynomialSurface* surface) {
+  detail::DesignBlock block(degree, points);
+  const Eigen::Index p = coefficient_count(degree);
+  for (Eigen::Index begin = 0; begin < points.count(); begin += block.capacity()) {
+    auto rows = block.weighted(begin, std::min(block.capacity(), points.count() - begin), 1.0);
+    if (surface != nullptr) {
+      const Eigen::Map<const Eigen::VectorXd> c(surface->scaled_coefficients().data(), p);
+      rows.col(p).noalias() -= rows.leftCols(p) * c;
     }
+    qr.append(rows);
   }
-  if (used > 0) qr.append(block.topRows(used));
 }
 
 /// Whether the columns are independent, each scaled to length 1: curves far outside of the box make the high
@@ -132,9 +131,7 @@ Result<ProfileFitter> ProfileFitter::create(std::span<const WeightedPoint> local
   const int degree = current.degree();
   const int p = coefficient_count(degree);
   RowQr qr(p);
-  append_rows(qr, local_points.size(), [&](std::size_t i, double* row, std::ptrdiff_t stride) {
-    detail::weighted_row(local_points[i], current.box(), degree, row, stride);
-  });
+  append_points(qr, detail::ScaledPoints::in_box(local_points, current.box()), degree, nullptr);
   if (!full_rank(qr, options.rank_threshold)) {
     return make_error(
         ErrorCode::rank_deficient,
@@ -158,31 +155,23 @@ Result<ProfileFitter> ProfileFitter::create(std::span<const WeightedPoint> local
 
 Result<PolynomialSurface> ProfileFitter::fit_with(std::span<const Vec3> curve_points) const {
   if (curve_points.empty()) return current_;
-  for (std::size_t i = 0; i < curve_points.size(); ++i) {
-    if (Status status = detail::check_point({curve_points[i], options_.curve_weight}, "curve_point");
-        !status.ok()) {
-      Error error = status.error();
-      error.field = fmt::format("curve_points[{}]", i);
-      return error;
-    }
+  std::vector<WeightedPoint> points;
+  points.reserve(curve_points.size());
+  for (const Vec3& point : curve_points) points.push_back({point, options_.curve_weight});
+  if (Status status = detail::check_points(points); !status.ok()) {
+    Error error = status.error();
+    error.field = "curve_" + error.field;
+    return error;
   }
   // Fitted is the change: heights above the present surface, the originals' part of which is all residual.
   // So a curve that lies on the surface changes nothing, to the last digits.
   const int degree = current_.degree();
   const int p = coefficient_count(degree);
-  const double root = std::sqrt(options_.curve_weight);
-  RowQr qr = RowQr(p);
+  RowQr qr(p);
   Eigen::MatrixXd start = qr_.triangle().topRows(p);
   start.col(p).setZero();
   qr.append(start);
-  append_rows(qr, curve_points.size(), [&](std::size_t i, double* row, std::ptrdiff_t stride) {
-    const Vec3& point = curve_points[i];
-    const Vec2 uv = (point.head<2>() - current_.box().centre).cwiseQuotient(current_.box().half_extent);
-    std::array<double, max_coefficients> terms;
-    evaluate_monomials(degree, uv.x(), uv.y(), terms.data());
-    for (int k = 0; k < p; ++k) row[k * stride] = root * terms[static_cast<std::size_t>(k)];
-    row[p * stride] = root * (point.z() - current_.value(point.x(), point.y()));
-  });
+  append_points(qr, detail::ScaledPoints::in_box(points, current_.box()), degree, &current_);
   const auto too_far = [] {
     return make_error(ErrorCode::invalid_argument, "the curve is too far away from the shape to compute with",
                       "curve_points");

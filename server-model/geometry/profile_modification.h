@@ -58,8 +58,8 @@ class ProfileFitter {
   }
 
   /// f1, of the same degree and over the same box as `current`; without points, `current`. O(m p^2) for m
-  /// points, which may lie anywhere. Errors: invalid_argument ("curve_points[3]"), also when they lie so far
-  /// away that numbers overflow.
+  /// points, which may lie anywhere. Errors: invalid_argument ("curve_points[3].position"), also when they
+  /// lie so far away that numbers overflow.
   Result<PolynomialSurface> fit_with(std::span<const Vec3> curve_points) const;
 
   const PolynomialSurface& current() const { return current_; }

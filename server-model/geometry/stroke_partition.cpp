@@ -89,25 +89,6 @@ double distance_outside(const Superellipse& superellipse, const Vec2& xy) {
   return (1 - fraction) * (xy - superellipse.centre()).norm();
 }
 
-double distance_outside(std::span<const Vec2> polygon, const Vec2& xy) {
-  if (polygon.size() < 3) return std::numeric_limits<double>::infinity();
-  bool inside = false;
-  double nearest2 = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
-    const Vec2& a = polygon[j];
-    const Vec2& b = polygon[i];
-    if ((a.y() > xy.y()) != (b.y() > xy.y()) &&
-        xy.x() < a.x() + (xy.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) {
-      inside = !inside;
-    }
-    const Vec2 edge = b - a;
-    const double length2 = edge.squaredNorm();
-    const double t = length2 > 0 ? std::clamp((xy - a).dot(edge) / length2, 0.0, 1.0) : 0.0;
-    nearest2 = std::min(nearest2, (a + t * edge - xy).squaredNorm());
-  }
-  return inside ? 0.0 : std::sqrt(nearest2);
-}
-
 Result<StrokeDivision> divide_stroke(std::span<const Vec3> points,
                                      std::span<const ProfileCandidate> candidates,
                                      const PartitionOptions& options) {

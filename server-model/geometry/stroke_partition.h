@@ -31,8 +31,6 @@ struct ProfileCandidate {
 
 /// Distance outside of the contour of half opacity (A23), along the ray from the centre; 0 inside.
 double distance_outside(const Superellipse& superellipse, const Vec2& xy);
-/// Distance outside of a closed polygon (A24, even-odd); 0 inside. Infinity for fewer than three corners.
-double distance_outside(std::span<const Vec2> polygon, const Vec2& xy);
 
 struct PartitionOptions {
   /// Farther than this from all surfaces a stroke is nobody's: a hand's span away, something else is meant.

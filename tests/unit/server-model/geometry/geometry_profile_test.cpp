@@ -253,7 +253,7 @@ TEST(ProfileModification, BadInputIsRefused) {
   const PolynomialSurface surface = fit_polynomial_surface(cloud)->surface;
   const auto fitter = ProfileFitter::create(cloud, surface);
   EXPECT_EQ(fitter->fit_with(std::vector<Vec3>{{0, 0, 0}, {0, std::nan(""), 0}}).error().field,
-            "curve_points[1]");
+            "curve_points[1].position");
   EXPECT_EQ(ProfileFitter::create(cloud, surface, {.curve_weight = 0}).error().field, "curve_weight");
   EXPECT_EQ(ProfileFitter::create({}, surface).error().code, ErrorCode::rank_deficient);
   EXPECT_EQ(ProfileFitter::create(std::span(cloud).first(5), surface).error().code,
