@@ -31,6 +31,28 @@ if(HANDLOFT_BUILD_FUZZERS)
   add_custom_target(fuzzers)  # All of them, and nothing else.
 endif()
 
+# handloft_rooms(NAME ...): the folders of these names that have a CMakeLists.txt. The tests' folders mirror the tree,
+# and not every room has tests of every kind.
+function(handloft_rooms)
+  foreach(room IN LISTS ARGN)
+    if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${room}/CMakeLists.txt")
+      add_subdirectory(${room})
+    endif()
+  endforeach()
+endfunction()
+
+# The top folders that this build has: common, and the programs that are not switched off.
+set(HANDLOFT_ROOMS common)
+if(HANDLOFT_BUILD_TRACKD)
+  list(APPEND HANDLOFT_ROOMS daemon-tracking)
+endif()
+if(HANDLOFT_BUILD_MODELD)
+  list(APPEND HANDLOFT_ROOMS server-model)
+endif()
+if(HANDLOFT_BUILD_HMD)
+  list(APPEND HANDLOFT_ROOMS client-hmd)
+endif()
+
 # handloft_library(NAME SOURCES a.cpp ... LINK public_dep ... PRIVATE_LINK dep ...)
 # A static library of one room. NAME is handloft_<room>.
 function(handloft_library name)
