@@ -102,6 +102,11 @@ void write_shape(Writer& out, const DualShape& shape) {
   out.u32(shape.linked_from);
   out.text(shape.partner);
   out.number(shape.superellipse_exponent);
+  out.u8(shape.boundary ? 1 : 0);
+  if (shape.boundary) {
+    out.u64(shape.boundary->points().size());
+    for (const geometry::Vec3& point : shape.boundary->points()) out.vector(point);
+  }
   out.u8(static_cast<std::uint8_t>(shape.representation));
 }
 

@@ -63,6 +63,8 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
       return refit_plane(document, operation.refit_plane(), context);
     case v1::Operation::kSetSuperellipse:
       return set_superellipse(document, operation.set_superellipse(), context);
+    case v1::Operation::kSetBoundary:
+      return set_boundary(document, operation.set_boundary(), context);
     case v1::Operation::kSetRepresentation:
       return set_representation(document, operation.set_representation(), context);
     case v1::Operation::kRename:
@@ -89,7 +91,6 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
     case v1::Operation::kExport:
       return not_for_a_document("an export changes no document");
     case v1::Operation::kPushPoints:
-    case v1::Operation::kSetBoundary:
     case v1::Operation::kDeletePoints:
     case v1::Operation::kMovePoints:
     case v1::Operation::kTransform:

@@ -9,6 +9,15 @@ Result<geometry::Superellipse> DualShape::superellipse() const {
   return geometry::Superellipse::create(fit->box, superellipse_exponent);
 }
 
+Result<geometry::TrimField> DualShape::trim() const {
+  if (fit && boundary) {
+    if (auto drawn = boundary->in(fit->frame)) return geometry::TrimField(*std::move(drawn));
+  }
+  auto about_the_footprint = superellipse();
+  if (!about_the_footprint) return about_the_footprint.error();
+  return geometry::TrimField(*about_the_footprint);
+}
+
 std::string_view to_string(SymmetryMode mode) {
   switch (mode) {
     case SymmetryMode::off:

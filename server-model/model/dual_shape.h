@@ -12,9 +12,11 @@
 #include "server-model/geometry/polynomial_fit.h"
 #include "server-model/geometry/polynomial_surface.h"
 #include "server-model/geometry/superellipse.h"
+#include "server-model/geometry/trim_field.h"
 #include "server-model/geometry/types.h"
 #include "server-model/model/chunked_vector.h"
 #include "server-model/model/entity.h"
+#include "server-model/model/trim_curve.h"
 
 namespace handloft::model {
 
@@ -63,6 +65,7 @@ struct DualShape final : Entity {
       0;                ///< Points before this one are not mirrored by the present symmetry (any more).
   std::string partner;  ///< The linked mirror shape; empty: none (yet).
   double superellipse_exponent = 2.0;  ///< A22; 2 is the ellipse.
+  std::shared_ptr<const TrimCurve> boundary;  ///< Trims instead of the superellipse (A24); null: none.
   Representation representation = Representation::points;
 
   EntityKind kind() const override { return EntityKind::dual_shape; }
@@ -78,8 +81,12 @@ struct DualShape final : Entity {
   std::uint32_t mirror_partner(std::size_t i) const {
     return symmetry != SymmetryMode::off && i >= linked_from ? points[i].partner : DualPoint::no_partner;
   }
-  /// Where the fitted surface is seen (A22, A23). failed_precondition when not fitted.
+  /// The superellipse about the footprint (A22, A23). failed_precondition when not fitted.
   Result<geometry::Superellipse> superellipse() const;
+  /// Where the fitted surface is seen: within the boundary curve, or the superellipse when there is none or
+  /// it encloses nothing as seen along a base plane that was fitted again. failed_precondition when not
+  /// fitted.
+  Result<geometry::TrimField> trim() const;
 };
 
 using DualPtr = std::shared_ptr<const DualShape>;

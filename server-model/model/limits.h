@@ -22,6 +22,7 @@ struct Limits {
   double max_coordinate_m = 1e4;            ///< 10 km: beyond any workspace; keeps squares far from overflow.
   double min_superellipse_exponent = 0.2;   ///< A22
   double max_superellipse_exponent = 20.0;  ///< A22
+  std::size_t max_boundary_points = 20'000;  ///< Of a trimming curve (A24): ten minutes of drawing.
   std::uint32_t max_degree = 6;             ///< A4
   std::uint32_t default_degree = 2;         ///< A4: what degree 0 in CreateDualShape means.
   std::size_t max_history_steps = 10'000;   ///< Oldest steps are forgotten first.

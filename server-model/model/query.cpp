@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "server-model/geometry/surface_pick.h"
 #include "server-model/model/canonical.h"
 #include "server-model/model/comparison.h"
 #include "server-model/model/reference_distance.h"
@@ -70,6 +71,9 @@ Result<v1::QueryResult> surface(const v1::SurfaceQuery& query, const Document& d
   write(fit.box.centre, *out.mutable_box_centre());
   write(fit.box.half_extent, *out.mutable_box_half_extent());
   out.set_frame_drift_rad(fit.frame_drift_rad);
+  const auto trim = shape.trim();
+  if (!trim) return trim.error();
+  out.set_trim(trim->boundary() != nullptr ? "boundary" : "superellipse");
   return result;
 }
 
@@ -79,8 +83,8 @@ Result<v1::QueryResult> evaluate(const v1::EvaluateQuery& query, const Document&
   if (!found) return found.error();
   const DualShape& shape = **found;
   if (!shape.fit) return not_fitted(shape, "evaluate.entity");
-  auto superellipse = shape.superellipse();
-  if (!superellipse) return superellipse.error();
+  auto trim = shape.trim();
+  if (!trim) return trim.error();
   if (static_cast<std::size_t>(query.at_size()) > limits.max_points_per_query) {
     return make_error(
         ErrorCode::resource_exhausted,
@@ -108,7 +112,34 @@ Result<v1::QueryResult> evaluate(const v1::EvaluateQuery& query, const Document&
     }
     write(position, *out.add_positions());
     write(normal, *out.add_normals());
-    out.add_opacity(superellipse->opacity({x, y}));
+    out.add_opacity(trim->opacity({x, y}));
+  }
+  return result;
+}
+
+Result<v1::QueryResult> pick(const v1::PickQuery& query, const Document& document, const Limits& limits) {
+  const geometry::Vec3 origin(query.origin().x(), query.origin().y(), query.origin().z());
+  const geometry::Vec3 direction(query.direction().x(), query.direction().y(), query.direction().z());
+  for (const double value : origin) {
+    if (Status status = check_coordinate(value, "pick.origin", limits); !status.ok()) return status.error();
+  }
+  if (!direction.allFinite() || direction.isZero(0)) {
+    return make_error(ErrorCode::invalid_argument, "found no direction, expected finite numbers, not all 0",
+                      "pick.direction");
+  }
+  v1::QueryResult result;
+  v1::PickResult& out = *result.mutable_pick();
+  for (const auto& [id, entity] : document.entities) {
+    const DualPtr shape = as_dual(entity);
+    if (!shape || !shape->fit || shape->representation == Representation::points) continue;
+    const auto trim = shape->trim();
+    if (!trim) return trim.error();
+    const auto hit = geometry::pick_surface(shape->fit->surface, shape->fit->frame, *trim, origin, direction);
+    if (!hit || (!out.entity().empty() && hit->distance_m >= out.distance_m())) continue;
+    out.set_entity(id);
+    write(hit->position, *out.mutable_position());
+    write(hit->normal, *out.mutable_normal());
+    out.set_distance_m(hit->distance_m);
   }
   return result;
 }
@@ -203,6 +234,7 @@ Result<v1::QueryResult> answer(const v1::Query& query, const Document& document,
     case v1::Query::kDistance:
       return distance_to_reference(query.distance(), document);
     case v1::Query::kPick:
+      return pick(query.pick(), document, limits);
     case v1::Query::BODY_NOT_SET:
       break;
   }

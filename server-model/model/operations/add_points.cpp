@@ -80,6 +80,7 @@ DualShape make_partner(const Document& document, const DualShape& shape, const L
   partner.plane = shape.plane;
   partner.partner = shape.id;
   partner.superellipse_exponent = shape.superellipse_exponent;
+  partner.boundary = mirrored(shape.boundary, shape.plane);
   partner.representation = shape.representation;
   return partner;
 }

@@ -115,12 +115,17 @@ Result<std::vector<DualPtr>> candidates_of(const Document& document, const v1::M
 Result<std::vector<geometry::ProfileCandidate>> geometry_of(const std::vector<DualPtr>& shapes) {
   std::vector<geometry::ProfileCandidate> result;
   for (const DualPtr& shape : shapes) {
-    auto trim = shape->superellipse();
+    auto trim = shape->trim();
     if (!trim) return trim.error();
     geometry::ProfileCandidate candidate;
     candidate.frame = shape->fit->frame;
     candidate.surface = shape->fit->surface;
-    candidate.outside_m = [trim = *trim](const Vec2& xy) { return geometry::distance_outside(trim, xy); };
+    candidate.outside_m = [trim = *trim](const Vec2& xy) {
+      if (const geometry::BoundaryTrim* boundary = trim.boundary()) {
+        return std::max(0.0, -boundary->signed_distance(xy));
+      }
+      return geometry::distance_outside(*trim.superellipse(), xy);
+    };
     result.push_back(std::move(candidate));
   }
   return result;

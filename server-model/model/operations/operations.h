@@ -25,6 +25,7 @@ Result<Outcome> add_points(const Document&, const handloft::v1::AddPoints&, cons
 Result<Outcome> set_symmetry(const Document&, const handloft::v1::SetSymmetry&, const ApplyContext&);
 Result<Outcome> fit(const Document&, const handloft::v1::Fit&, const ApplyContext&);
 Result<Outcome> refit_plane(const Document&, const handloft::v1::RefitPlane&, const ApplyContext&);
+Result<Outcome> set_boundary(const Document&, const handloft::v1::SetBoundary&, const ApplyContext&);
 Result<Outcome> set_superellipse(const Document&, const handloft::v1::SetSuperellipse&, const ApplyContext&);
 Result<Outcome> set_representation(const Document&, const handloft::v1::SetRepresentation&,
                                    const ApplyContext&);

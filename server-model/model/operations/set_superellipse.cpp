@@ -22,9 +22,10 @@ Result<Outcome> set_superellipse(const Document& document, const handloft::v1::S
   *outcome.effective.mutable_set_superellipse() = request;
   outcome.words = fmt::format("Trim \"{}\" with the exponent {:.3g}", (*found)->name, exponent);
   for (const DualPtr& before : {*found, linked_partner(document, **found)}) {  // Edits are mirrored (A12).
-    if (!before || before->superellipse_exponent == exponent) continue;
+    if (!before || (before->superellipse_exponent == exponent && !before->boundary)) continue;
     DualShape shape = *before;
     shape.superellipse_exponent = exponent;
+    shape.boundary = nullptr;
     put(outcome.document, std::move(shape));
   }
   return outcome;
