@@ -70,6 +70,8 @@ void write_fit(Writer& out, const FittedSurface& fit) {
   out.number(fit.statistics.rms);
   out.number(fit.statistics.weighted_rms);
   out.number(fit.statistics.max);
+  out.u64(fit.cross_validated_rms_m.size());
+  for (const double rms : fit.cross_validated_rms_m) out.number(rms);
   out.vector(fit.box.centre);
   out.vector(fit.box.half_extent);
   out.number(fit.frame_drift_rad);

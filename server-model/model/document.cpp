@@ -71,6 +71,14 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
       return rename(document, operation.rename(), context);
     case v1::Operation::kDelete:
       return delete_entity(document, operation.delete_(), context);
+    case v1::Operation::kDeletePoints:
+      return delete_points(document, operation.delete_points(), context);
+    case v1::Operation::kMovePoints:
+      return move_points(document, operation.move_points(), context);
+    case v1::Operation::kTransform:
+      return transform_entities(document, operation.transform(), context);
+    case v1::Operation::kDuplicate:
+      return duplicate(document, operation.duplicate(), context);
     case v1::Operation::kImportStrokes:
       return import_strokes(document, operation.import_strokes(), context);
     case v1::Operation::kModifyProfile:
@@ -91,10 +99,6 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
     case v1::Operation::kExport:
       return not_for_a_document("an export changes no document");
     case v1::Operation::kPushPoints:
-    case v1::Operation::kDeletePoints:
-    case v1::Operation::kMovePoints:
-    case v1::Operation::kTransform:
-    case v1::Operation::kDuplicate:
     case v1::Operation::BODY_NOT_SET:
       break;
   }

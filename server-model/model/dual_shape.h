@@ -49,6 +49,9 @@ struct FittedSurface {
   std::uint32_t requested_degree = 2;   ///< surface.degree() is lower where the points do not carry it (A7).
   std::vector<double> residuals_m;      ///< r_i = z_i - f(x_i, y_i) of the points there were at the fit (A8).
   geometry::ResidualStatistics statistics;
+  /// Of degrees 1, 2, ... where the degree was chosen by cross-validation (automatic_degree.h), metres; -1 for
+  /// one that the points don't carry or could not without one of them. Else empty.
+  std::vector<double> cross_validated_rms_m;
   geometry::Box2 box;          ///< Footprint of the points in the frame (A22); a side may be 0.
   double frame_drift_rad = 0;  ///< 0..pi/2 between the frozen normal and that of a fresh frame (A10).
 };

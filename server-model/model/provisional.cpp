@@ -32,12 +32,14 @@ Status Provisional::append(std::span<const v1::Point> points) {
   }
   auto read = read_points(points, "points", context_.limits);
   if (!read) return read.error();
-  auto extended = extend_stroke(applied_.document, applied_.effective.add_points().entity(),
-                                applied_.effective.add_points().stroke(), *read, request.min_spacing_m(),
-                                context_.limits);
+  const std::string entity = applied_.effective.add_points().entity();
+  if (request.refit() && !live_) live_ = std::make_unique<LiveFit>(applied_.document, entity);
+  auto extended = extend_stroke(applied_.document, entity, applied_.effective.add_points().stroke(), *read,
+                                request.min_spacing_m(), context_.limits);
   if (!extended) return extended.error();
   for (const v1::Point& point : points) *request.add_points() = point;
   applied_.document = std::move(*extended);
+  if (live_) live_->follow(applied_.document);
   applied_.changes = difference(base_, applied_.document);
   return {};
 }
@@ -47,6 +49,7 @@ Status Provisional::update(v1::Operation operation) {
   if (!applied) return applied.error();
   operation_ = std::move(operation);
   applied_ = std::move(*applied);
+  live_.reset();
   return {};
 }
 
@@ -55,6 +58,7 @@ Status Provisional::rebase(Document base) {
   if (!applied) return applied.error();
   base_ = std::move(base);
   applied_ = std::move(*applied);
+  live_.reset();
   return {};
 }
 

@@ -3,11 +3,13 @@
 // unchanged base document. Points are appended in O(new points); when the base changes beneath it, it is
 // evaluated anew.
 
+#include <memory>
 #include <span>
 #include <string>
 
 #include "common/base/result.h"
 #include "server-model/model/document.h"
+#include "server-model/model/live_fit.h"
 
 namespace handloft::model {
 
@@ -18,7 +20,8 @@ class Provisional {
                                    ApplyContext context = {});
 
   /// Only while the operation is add_points: more points of the same stroke. Equal to beginning with all
-  /// points at once, to the bit. On refusal nothing changes.
+  /// points at once, to the bit; with add_points.refit all but the surface, which follows live as live_fit.h
+  /// says. On refusal nothing changes.
   Status append(std::span<const handloft::v1::Point> points);
 
   /// Replaces the operation by another one, evaluated on the same base. On refusal nothing changes.
@@ -44,6 +47,7 @@ class Provisional {
   handloft::v1::Operation operation_;
   ApplyContext context_;
   ApplyResult applied_;
+  std::unique_ptr<LiveFit> live_;  ///< With add_points.refit, from the first append() on.
 };
 
 }  // namespace handloft::model

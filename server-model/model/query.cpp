@@ -71,6 +71,7 @@ Result<v1::QueryResult> surface(const v1::SurfaceQuery& query, const Document& d
   write(fit.box.centre, *out.mutable_box_centre());
   write(fit.box.half_extent, *out.mutable_box_half_extent());
   out.set_frame_drift_rad(fit.frame_drift_rad);
+  for (const double rms : fit.cross_validated_rms_m) out.add_cross_validated_rms_m(rms);
   const auto trim = shape.trim();
   if (!trim) return trim.error();
   out.set_trim(trim->boundary() != nullptr ? "boundary" : "superellipse");

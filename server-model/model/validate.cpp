@@ -149,6 +149,15 @@ Result<DualPoint> read_point(const handloft::v1::Point& point, const std::string
   return result;
 }
 
+Result<geometry::Vec3> read_vector(const handloft::v1::Vec3& vector, const std::string& field,
+                                   const Limits& limits) {
+  for (const auto& [value, name] :
+       {std::pair{vector.x(), ".x"}, std::pair{vector.y(), ".y"}, std::pair{vector.z(), ".z"}}) {
+    if (auto status = check_coordinate(value, field + name, limits); !status) return status.error();
+  }
+  return geometry::Vec3(vector.x(), vector.y(), vector.z());
+}
+
 Result<geometry::Plane> read_plane(const handloft::v1::Plane& plane, const std::string& field,
                                    const Limits& limits) {
   const auto& origin = plane.origin();

@@ -20,6 +20,9 @@ Status check_id(std::string_view id, std::string_view field, const Limits& limit
 Status check_name(std::string_view name, std::string_view field, const Limits& limits);
 /// A finite coordinate within max_coordinate_m.
 Status check_coordinate(double value, const std::string& field, const Limits& limits);
+/// Three of them; absent is 0.
+Result<geometry::Vec3> read_vector(const handloft::v1::Vec3& vector, const std::string& field,
+                                   const Limits& limits);
 /// 0..max_degree; 0 stands for "as it is".
 Status check_degree(std::uint32_t degree, std::string_view field, const Limits& limits);
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "server-model/geometry/symmetry.h"
+#include "server-model/model/operations/fitting.h"
 #include "server-model/model/operations/operations.h"
 #include "server-model/model/validate.h"
 
@@ -234,6 +235,13 @@ Result<Outcome> add_points(const Document& document, const handloft::v1::AddPoin
                                 context.limits);
   if (!extended) return in_request(extended.error());
   outcome.document = std::move(*extended);
+  if (request.refit()) {
+    // Points that a surface can't be fitted to are worth keeping all the same.
+    if (auto status = refit(outcome.document, effective.entity(), "entity", outcome.notes); !status) {
+      outcome.notes.push_back(
+          fmt::format("\"{}\" could not be fitted again: {}", effective.entity(), status.error().message));
+    }
+  }
   const std::size_t count = points->size();
   outcome.words = fmt::format("{} {} point{} {} \"{}\"", request.has_create() ? "Lay" : "Add", count,
                               count == 1 ? "" : "s", request.has_create() ? "as" : "to", (*found)->name);

@@ -58,6 +58,18 @@ std::optional<std::uint64_t> shape_number(std::string_view id) {
 
 }  // namespace
 
+std::string free_shape_id(const Document& document) {
+  // used_ids is bounded, so this ends.
+  for (std::uint64_t n = document.next_shape;; ++n) {
+    std::string id = fmt::format("shape-{}", n);
+    if (!document.used_ids->contains(id)) return id;
+  }
+}
+
+void count_shape_id(Document& document, std::string_view id) {
+  if (const auto number = shape_number(id)) document.next_shape = std::max(document.next_shape, *number + 1);
+}
+
 Result<Outcome> create_dual_shape(const Document& document, const handloft::v1::CreateDualShape& request,
                                   const ApplyContext& context) {
   if (auto status = check_degree(request.degree(), "create_dual_shape.degree", context.limits); !status) {
@@ -71,18 +83,11 @@ Result<Outcome> create_dual_shape(const Document& document, const handloft::v1::
   DualShape shape;
   shape.id = request.id();
   if (shape.id.empty()) {
-    // used_ids is bounded, so this ends.
-    for (std::uint64_t n = document.next_shape; shape.id.empty() || document.used_ids->contains(shape.id);
-         ++n) {
-      shape.id = fmt::format("shape-{}", n);
-    }
+    shape.id = free_shape_id(document);
   } else if (auto status = check_id(shape.id, "create_dual_shape.id", context.limits); !status) {
     return status.error();
   }
-  // By the id alone, so that the log, which holds the id that was found, leads to the same document.
-  if (const auto number = shape_number(shape.id)) {
-    outcome.document.next_shape = std::max(document.next_shape, *number + 1);
-  }
+  count_shape_id(outcome.document, shape.id);
   shape.name = request.name().empty() ? shape.id : request.name();
   shape.requested_degree = request.degree() == 0 ? context.limits.default_degree : request.degree();
 

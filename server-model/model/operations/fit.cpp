@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "server-model/geometry/automatic_degree.h"
 #include "server-model/geometry/pca_frame.h"
 #include "server-model/geometry/polynomial_fit.h"
 #include "server-model/geometry/residual_matching.h"
@@ -46,7 +47,44 @@ bool finite(const FittedSurface& fit) {
          good(fit.statistics.weighted_rms) && good(fit.statistics.max);
 }
 
+namespace {
+
+// Leaves surface, degree, statistics and scores in `result`.
+Status fit_with(const DegreeChoice& choice, const std::vector<geometry::WeightedPoint>& local_points,
+                FittedSurface& result) {
+  geometry::FitOptions options;
+  options.degree = static_cast<int>(choice.degree);
+  if (choice.automatic) {
+    geometry::AutomaticDegreeOptions automatic;
+    automatic.highest_degree = static_cast<int>(choice.degree);
+    auto fitted = geometry::fit_automatic_degree(local_points, automatic);
+    if (!fitted) return fitted.error();
+    for (const geometry::DegreeScore& score : fitted->scores) {
+      const bool validated = score.state == geometry::DegreeScore::State::validated;
+      result.cross_validated_rms_m.push_back(validated ? score.cross_validated_rms : -1.0);
+    }
+    result.surface = fitted->fit.surface;
+    result.requested_degree = static_cast<std::uint32_t>(fitted->fit.requested_degree);
+    result.statistics = fitted->fit.statistics;
+    if (choice.already_chosen == 0 || choice.already_chosen == result.requested_degree) return {};
+    options.degree = static_cast<int>(choice.already_chosen);
+  }
+  auto fitted = geometry::fit_polynomial_surface(local_points, options);
+  if (!fitted) return fitted.error();
+  result.surface = fitted->surface;
+  result.requested_degree = static_cast<std::uint32_t>(options.degree);
+  result.statistics = fitted->statistics;
+  return {};
+}
+
+}  // namespace
+
 Result<std::shared_ptr<const FittedSurface>> fit_points(const DualShape& shape, std::uint32_t degree,
+                                                        BasePlane base_plane) {
+  return fit_points(shape, DegreeChoice{.degree = degree}, base_plane);
+}
+
+Result<std::shared_ptr<const FittedSurface>> fit_points(const DualShape& shape, const DegreeChoice& choice,
                                                         BasePlane base_plane) {
   if (shape.points.empty()) {
     return make_error(ErrorCode::rank_deficient, fmt::format("\"{}\" has no points", shape.id));
@@ -67,13 +105,7 @@ Result<std::shared_ptr<const FittedSurface>> fit_points(const DualShape& shape, 
   if (frozen) result->frame_drift_rad = drift_between(result->frame, *fresh);
   for (geometry::WeightedPoint& point : points) point.position = result->frame.to_local(point.position);
 
-  geometry::FitOptions options;
-  options.degree = static_cast<int>(degree);
-  auto fitted = geometry::fit_polynomial_surface(points, options);
-  if (!fitted) return fitted.error();
-  result->surface = fitted->surface;
-  result->requested_degree = degree;
-  result->statistics = fitted->statistics;
+  if (auto status = fit_with(choice, points, *result); !status) return status.error();
   result->residuals_m = geometry::vertical_residuals(result->surface, points);
   result->box = geometry::footprint_box(points, geometry::Frame{});
   if (!finite(*result)) {
@@ -120,14 +152,15 @@ bool mirror_images(const DualShape& shape, const DualShape& partner) {
 
 namespace {
 
-Result<Outcome> fit_entity(const Document& document, const DualShape& before, std::uint32_t degree,
+Result<Outcome> fit_entity(const Document& document, const DualShape& before, const DegreeChoice& choice,
                            BasePlane base_plane, const std::string& field) {
-  auto fitted = fit_points(before, degree, base_plane);
+  auto fitted = fit_points(before, choice, base_plane);
   if (!fitted) {
     Error error = fitted.error();
     error.field = field;
     return error;
   }
+  const std::uint32_t degree = (*fitted)->requested_degree;
   Outcome outcome;
   outcome.document = document;
   DualShape shape = before;
@@ -159,13 +192,41 @@ Status refit(Document& document, std::string_view entity, std::string_view field
              std::vector<std::string>& notes) {
   const DualPtr shape = document.find_dual(entity);
   if (!shape || !shape->fitted()) return {};
-  auto outcome =
-      fit_entity(document, *shape, shape->fit->requested_degree, BasePlane::frozen, std::string(field));
+  auto outcome = fit_entity(document, *shape, DegreeChoice{.degree = shape->fit->requested_degree},
+                            BasePlane::frozen, std::string(field));
   if (!outcome) return outcome.error();
   document = std::move(outcome->document);
   notes.insert(notes.end(), outcome->notes.begin(), outcome->notes.end());
   return {};
 }
+
+namespace {
+
+Result<DegreeChoice> read_choice(const handloft::v1::Fit& request, const DualShape& shape,
+                                 const Limits& limits) {
+  DegreeChoice choice;
+  choice.automatic = request.automatic_degree();
+  if (!choice.automatic) {
+    if (request.chosen_degree() != 0) {
+      return make_error(ErrorCode::invalid_argument,
+                        "found a degree though none is to be chosen, expected it with automatic_degree only",
+                        "fit.chosen_degree");
+    }
+    choice.degree = request.degree() == 0 ? shape.requested_degree : request.degree();
+    return choice;
+  }
+  choice.degree = request.degree() == 0 ? limits.max_degree : request.degree();
+  choice.already_chosen = request.chosen_degree();
+  if (choice.already_chosen > choice.degree) {
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found {}, expected at most {}, the highest tried", choice.already_chosen, choice.degree),
+        "fit.chosen_degree");
+  }
+  return choice;
+}
+
+}  // namespace
 
 Result<Outcome> fit(const Document& document, const handloft::v1::Fit& request, const ApplyContext& context) {
   auto found = require_dual(document, request.entity(), "fit.entity");
@@ -179,23 +240,34 @@ Result<Outcome> fit(const Document& document, const handloft::v1::Fit& request, 
     shown = *read;
   }
   const DualShape& shape = **found;
-  const std::uint32_t degree = request.degree() == 0 ? shape.requested_degree : request.degree();
+  auto choice = read_choice(request, shape, context.limits);
+  if (!choice) return choice.error();
   // Fitting the same points again changes nothing.
-  const bool done = shape.fitted() && !shape.stale && shape.fit->requested_degree == degree &&
-                    shape.requested_degree == degree;
+  const bool same_choice =
+      choice->automatic ? shape.fitted() && shape.fit->cross_validated_rms_m.size() == choice->degree &&
+                              shape.fit->requested_degree == shape.requested_degree
+                        : shape.requested_degree == choice->degree;
+  const bool done =
+      shape.fitted() && !shape.stale && same_choice && shape.fit->requested_degree == shape.requested_degree;
   Outcome outcome;
   if (done) {
     outcome.document = document;
     note_fit(shape, outcome.notes);
   } else {
-    auto fitted = fit_entity(document, shape, degree, BasePlane::frozen, "fit.entity");
+    auto fitted = fit_entity(document, shape, *choice, BasePlane::frozen, "fit.entity");
     if (!fitted) return fitted;
     outcome = std::move(*fitted);
   }
   if (shown) show(outcome.document, request.entity(), *shown);
   *outcome.effective.mutable_fit() = request;
-  outcome.effective.mutable_fit()->set_degree(degree);
+  outcome.effective.mutable_fit()->set_degree(choice->degree);
   outcome.words = fmt::format("Fit \"{}\"", shape.name);
+  if (choice->automatic) {
+    const std::uint32_t chosen = outcome.document.find_dual(request.entity())->fit->requested_degree;
+    outcome.effective.mutable_fit()->set_chosen_degree(chosen);
+    outcome.notes.push_back(
+        fmt::format("\"{}\": degree {} of 1 to {} chosen", shape.id, chosen, choice->degree));
+  }
   return outcome;
 }
 
@@ -204,8 +276,8 @@ Result<Outcome> refit_plane(const Document& document, const handloft::v1::RefitP
   auto found = require_dual(document, request.entity(), "refit_plane.entity");
   if (!found) return found.error();
   const DualShape& shape = **found;
-  auto outcome =
-      fit_entity(document, shape, shape.requested_degree, BasePlane::taken_anew, "refit_plane.entity");
+  auto outcome = fit_entity(document, shape, DegreeChoice{.degree = shape.requested_degree},
+                            BasePlane::taken_anew, "refit_plane.entity");
   if (!outcome) return outcome;
   *outcome->effective.mutable_refit_plane() = request;
   outcome->words = fmt::format("Take a new base plane for \"{}\"", shape.name);

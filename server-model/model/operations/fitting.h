@@ -21,6 +21,17 @@ enum class BasePlane : std::uint8_t { frozen, taken_anew };
 Result<std::shared_ptr<const FittedSurface>> fit_points(const DualShape& shape, std::uint32_t degree,
                                                         BasePlane base_plane);
 
+/// How the degree of a fit is found.
+struct DegreeChoice {
+  std::uint32_t degree = 2;          ///< To be fitted; with `automatic`, the highest to be tried.
+  bool automatic = false;            ///< By cross-validation (automatic_degree.h).
+  std::uint32_t already_chosen = 0;  ///< What `automatic` came to when the log was written; 0: open.
+};
+
+/// The same with a degree that may be open; requested_degree of the result is what was chosen.
+Result<std::shared_ptr<const FittedSurface>> fit_points(const DualShape& shape, const DegreeChoice& choice,
+                                                        BasePlane base_plane);
+
 /// Makes it the shape's fit. The first one shows the surface beside the points.
 void take_fit(DualShape& shape, std::shared_ptr<const FittedSurface> fit, std::uint32_t degree);
 

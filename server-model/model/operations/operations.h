@@ -30,6 +30,11 @@ Result<Outcome> set_superellipse(const Document&, const handloft::v1::SetSuperel
 Result<Outcome> set_representation(const Document&, const handloft::v1::SetRepresentation&,
                                    const ApplyContext&);
 Result<Outcome> rename(const Document&, const handloft::v1::Rename&, const ApplyContext&);
+Result<Outcome> delete_points(const Document&, const handloft::v1::DeletePoints&, const ApplyContext&);
+Result<Outcome> move_points(const Document&, const handloft::v1::MovePoints&, const ApplyContext&);
+Result<Outcome> transform_entities(const Document&, const handloft::v1::TransformEntities&,
+                                   const ApplyContext&);
+Result<Outcome> duplicate(const Document&, const handloft::v1::Duplicate&, const ApplyContext&);
 Result<Outcome> delete_entity(const Document&, const handloft::v1::Delete&, const ApplyContext&);
 Result<Outcome> modify_profile(const Document&, const handloft::v1::ModifyProfile&, const ApplyContext&);
 /// Only with `resolved` filled; failed_precondition otherwise.
@@ -56,6 +61,12 @@ void show(Document& document, std::string_view entity, Representation representa
 
 /// Puts a changed shape in the place of the former one of its id.
 void put(Document& document, DualShape shape);
+
+/// The next free "shape-N" of the document.
+std::string free_shape_id(const Document& document);
+/// Counts on from an id of the form "shape-N": by the id alone, so that the log, which holds the id that was
+/// found, leads to the same document.
+void count_shape_id(Document& document, std::string_view id);
 
 /// Marks an id as used and adds the entity. Errors: already_exists, resource_exhausted.
 Status add_entity(Document& document, DualShape shape, std::string_view field, const Limits& limits);
