@@ -76,6 +76,29 @@ class ChunkedVector {
     return result;
   }
 
+  /// A copy with the elements at `indices` (ascending) replaced by `items`; only their chunks are copied.
+  /// Precondition: indices below size(), as many items.
+  ChunkedVector with(std::span<const std::size_t> indices, std::span<const T> items) const {
+    assert(indices.size() == items.size());
+    ChunkedVector result = *this;
+    if (indices.empty()) return result;
+    auto list = std::make_shared<Chunks>(chunks_->begin(),
+                                         chunks_->begin() + static_cast<std::ptrdiff_t>(chunk_count()));
+    std::size_t last = chunk_count();
+    for (std::size_t k = 0; k < indices.size(); ++k) {
+      assert(indices[k] < size_);
+      const std::size_t index = indices[k] / ChunkSize;
+      if (index != last) {
+        const std::size_t used = chunk(index).size();
+        (*list)[index] = copy_of(*(*list)[index], used, used);
+        last = index;
+      }
+      (*list)[index]->items[indices[k] % ChunkSize] = items[k];
+    }
+    result.chunks_ = std::move(list);
+    return result;
+  }
+
   /// True when both hold the very same memory: equal without looking. (False says nothing.)
   bool shares_all_with(const ChunkedVector& other) const {
     return size_ == other.size_ && (size_ == 0 || chunks_ == other.chunks_);

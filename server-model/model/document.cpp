@@ -81,6 +81,8 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
       return duplicate(document, operation.duplicate(), context);
     case v1::Operation::kImportStrokes:
       return import_strokes(document, operation.import_strokes(), context);
+    case v1::Operation::kPushPoints:
+      return push_points(document, operation.push_points(), context);
     case v1::Operation::kModifyProfile:
       return modify_profile(document, operation.modify_profile(), context);
     case v1::Operation::kImportReference:
@@ -98,7 +100,6 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
       return not_for_a_document("undo and redo belong to a model's history");
     case v1::Operation::kExport:
       return not_for_a_document("an export changes no document");
-    case v1::Operation::kPushPoints:
     case v1::Operation::BODY_NOT_SET:
       break;
   }

@@ -23,6 +23,8 @@ struct Limits {
   double min_superellipse_exponent = 0.2;   ///< A22
   double max_superellipse_exponent = 20.0;  ///< A22
   std::size_t max_boundary_points = 20'000;  ///< Of a trimming curve (A24): ten minutes of drawing.
+  std::size_t max_disk_poses = 20'000;       ///< Of one push (A14): nearly four minutes at 90 Hz.
+  double max_disk_radius_m = 1.0;            ///< Of the disk (A13); a hand has 0.06.
   std::uint32_t max_degree = 6;             ///< A4
   std::uint32_t default_degree = 2;         ///< A4: what degree 0 in CreateDualShape means.
   std::size_t max_history_steps = 10'000;   ///< Oldest steps are forgotten first.

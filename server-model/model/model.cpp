@@ -97,6 +97,15 @@ Status Model::append_provisional(ProvisionalId id, std::span<const v1::Point> po
   return status;
 }
 
+Status Model::append_disk(ProvisionalId id, std::span<const v1::DiskPose> poses, double range) {
+  const auto found = provisional_.find(id);
+  if (found == provisional_.end()) return no_such_gesture(id);
+  const Document before = found->second.result();
+  auto status = found->second.append_disk(poses, range);
+  if (status) touch(difference(before, found->second.result()));
+  return status;
+}
+
 Status Model::update_provisional(ProvisionalId id, const v1::Operation& operation) {
   const auto found = provisional_.find(id);
   if (found == provisional_.end()) return no_such_gesture(id);

@@ -50,6 +50,8 @@ class Model {
   /// Ids count from 1. resource_exhausted beyond Limits::max_provisional.
   Result<ProvisionalId> begin_provisional(const handloft::v1::Operation& operation);
   Status append_provisional(ProvisionalId id, std::span<const handloft::v1::Point> points);
+  /// Of a push: see Provisional::append_disk().
+  Status append_disk(ProvisionalId id, std::span<const handloft::v1::DiskPose> poses, double range);
   Status update_provisional(ProvisionalId id, const handloft::v1::Operation& operation);
   /// Applies the gesture as one operation, as submit() does. Its client_id and client_op_id are used. The
   /// gesture is gone afterwards, refused or not.

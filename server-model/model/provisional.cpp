@@ -1,6 +1,9 @@
 #include "server-model/model/provisional.h"
 
+#include <fmt/format.h>
+
 #include <utility>
+#include <vector>
 
 #include "server-model/model/operations/operations.h"
 #include "server-model/model/validate.h"
@@ -44,11 +47,61 @@ Status Provisional::append(std::span<const v1::Point> points) {
   return {};
 }
 
+Status Provisional::append_disk(std::span<const v1::DiskPose> poses, double range) {
+  if (!operation_.has_push_points()) {
+    return make_error(ErrorCode::failed_precondition, "poses of the disk can only be appended to push_points");
+  }
+  v1::PushPoints& request = *operation_.mutable_push_points();
+  const std::size_t before = static_cast<std::size_t>(request.path_size());
+  if (auto status = check_push(range, before + poses.size(), context_.limits); !status) return status;
+  std::vector<geometry::DiskPose> read;
+  for (const v1::DiskPose& pose : poses) {
+    auto one = read_disk_pose(pose, fmt::format("path[{}]", before + read.size()), context_.limits);
+    if (!one) return one.error();
+    read.push_back(*one);
+  }
+  // Poses that this gesture has not seen: all of them the first time, and after a refusal.
+  if (!push_) {
+    auto begun = PushGesture::begin(base_, request);
+    if (!begun) return begun.error();
+    push_ = std::make_unique<PushGesture>(*std::move(begun));
+    std::vector<geometry::DiskPose> all;
+    for (std::size_t i = 0; i < before; ++i) {
+      auto one = read_disk_pose(request.path(static_cast<int>(i)), "path", context_.limits);
+      if (!one) return one.error();
+      all.push_back(*one);
+    }
+    all.insert(all.end(), read.begin(), read.end());
+    read = std::move(all);
+  }
+  const double range_before = request.range();
+  request.set_range(range);
+  for (const v1::DiskPose& pose : poses) *request.add_path() = pose;
+  std::vector<std::string> notes;
+  auto pushed = [&]() -> Result<PushGesture::Pushed> {
+    for (const geometry::DiskPose& pose : read) {
+      if (auto status = push_->move_disk(pose); !status) return status.error();
+    }
+    return push_->result(base_, request, context_.limits, notes);
+  }();
+  if (!pushed) {
+    push_.reset();  // It has seen the refused poses.
+    request.mutable_path()->DeleteSubrange(static_cast<int>(before), static_cast<int>(poses.size()));
+    request.set_range(range_before);
+    return pushed.error();
+  }
+  applied_.document = std::move(pushed->document);
+  applied_.changes = difference(base_, applied_.document);
+  applied_.notes = std::move(notes);
+  return {};
+}
+
 Status Provisional::update(v1::Operation operation) {
   auto applied = apply(base_, operation, context_);
   if (!applied) return applied.error();
   operation_ = std::move(operation);
   applied_ = std::move(*applied);
+  push_.reset();
   live_.reset();
   return {};
 }
@@ -58,6 +111,7 @@ Status Provisional::rebase(Document base) {
   if (!applied) return applied.error();
   base_ = std::move(base);
   applied_ = std::move(*applied);
+  push_.reset();
   live_.reset();
   return {};
 }

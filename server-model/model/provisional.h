@@ -9,6 +9,7 @@
 
 #include "common/base/result.h"
 #include "server-model/model/document.h"
+#include "server-model/model/push_gesture.h"
 #include "server-model/model/live_fit.h"
 
 namespace handloft::model {
@@ -23,6 +24,12 @@ class Provisional {
   /// points at once, to the bit; with add_points.refit all but the surface, which follows live as live_fit.h
   /// says. On refusal nothing changes.
   Status append(std::span<const handloft::v1::Point> points);
+
+  /// Only while the operation is push_points: the disk's next poses (none: only the range changes), and the
+  /// range from now on, for the whole gesture. Begin with two poses, which may be alike, then call this every
+  /// frame. Equal to beginning with all poses and the last range at once, to the bit. Cost: the points near
+  /// the disk and those that move; the first call makes the solvers, O(n log n). On refusal nothing changes.
+  Status append_disk(std::span<const handloft::v1::DiskPose> poses, double range);
 
   /// Replaces the operation by another one, evaluated on the same base. On refusal nothing changes.
   Status update(handloft::v1::Operation operation);
@@ -47,6 +54,7 @@ class Provisional {
   handloft::v1::Operation operation_;
   ApplyContext context_;
   ApplyResult applied_;
+  std::unique_ptr<PushGesture> push_;  ///< From the first append_disk() on.
   std::unique_ptr<LiveFit> live_;  ///< With add_points.refit, from the first append() on.
 };
 

@@ -36,6 +36,7 @@ Result<Outcome> transform_entities(const Document&, const handloft::v1::Transfor
                                    const ApplyContext&);
 Result<Outcome> duplicate(const Document&, const handloft::v1::Duplicate&, const ApplyContext&);
 Result<Outcome> delete_entity(const Document&, const handloft::v1::Delete&, const ApplyContext&);
+Result<Outcome> push_points(const Document&, const handloft::v1::PushPoints&, const ApplyContext&);
 Result<Outcome> modify_profile(const Document&, const handloft::v1::ModifyProfile&, const ApplyContext&);
 /// Only with `resolved` filled; failed_precondition otherwise.
 Result<Outcome> import_strokes(const Document&, const handloft::v1::ImportStrokes&, const ApplyContext&);
