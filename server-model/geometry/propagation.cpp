@@ -13,7 +13,8 @@ namespace handloft::geometry {
 
 namespace {
 
-// Of one pair's kernel, which lies in 0..1; see the header. The smooth falloff's mean divides by as little as 0.027.
+// Of one pair's kernel, which lies in 0..1; see the header. The smooth falloff's mean divides by as little as
+// 0.027.
 constexpr double literal_tolerance = 1e-8;
 constexpr double smooth_tolerance = 4e-9;
 // For the smooth falloff, grids only where d^2 < 0.92 R^2, so eta > 0.027.
