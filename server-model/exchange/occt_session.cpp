@@ -43,7 +43,14 @@ Status guarded(const char* doing, const std::function<Status()>& work) {
 
 }  // namespace handloft::exchange::detail
 
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__)
+#define HANDLOFT_LEAKS_ARE_LOOKED_FOR
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define HANDLOFT_LEAKS_ARE_LOOKED_FOR
+#endif
+#endif
+#ifdef HANDLOFT_LEAKS_ARE_LOOKED_FOR
 /// The library keeps its registries and some translation objects until the process ends; not ours to free.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {

@@ -3,9 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "server-model/exchange/reference_import.h"
@@ -33,17 +31,15 @@ Status check_counts(std::size_t vertices, std::size_t triangles, const Reference
 Result<ImportedReference> place_in_world(const RawTriangles& raw, double metres_per_unit, UpAxis up,
                                          const ReferenceOptions& options);
 
-/// Names of files with their content, all that a parser may open.
-using FilesInMemory = std::map<std::string, std::vector<std::byte>, std::less<>>;
+// The readers of each format. Whatever the bytes are: data_corrupt, unsupported, resource_exhausted or
+// triangles whose indices are in range, in memory bounded by the content and the options.
 
-/// Assimp on `main` among the files; `hint` is an extension. Errors: data_corrupt, resource_exhausted.
-Result<RawTriangles> read_with_assimp(const FilesInMemory& files, const std::string& main,
-                                      const std::string& hint, const ReferenceOptions& options);
-
-/// A glTF or GLB reduced to geometry, as "main.gltf" and its buffers. Errors: data_corrupt, unsupported,
-/// permission_denied, resource_exhausted.
-Result<FilesInMemory> geometry_of_gltf(std::span<const std::byte> content, ReferenceFormat format,
-                                       const ReferenceOptions& options, const FindBuffer& find_buffer);
+Result<RawTriangles> read_obj(std::span<const std::byte> content, const ReferenceOptions& options);
+Result<RawTriangles> read_stl(std::span<const std::byte> content, const ReferenceOptions& options);
+Result<RawTriangles> read_ply(std::span<const std::byte> content, const ReferenceOptions& options);
+/// Both kinds of glTF; also permission_denied, as parse_reference().
+Result<RawTriangles> read_gltf(std::span<const std::byte> content, ReferenceFormat format,
+                               const ReferenceOptions& options, const FindBuffer& find_buffer);
 
 /// STEP or IGES, metres. Errors: data_corrupt, resource_exhausted, internal (the CAD kernel).
 Result<RawTriangles> tessellate_cad_file(const std::filesystem::path& path, ReferenceFormat format,

@@ -1,16 +1,18 @@
-// A glTF 2.0 or GLB file reduced to the geometry of its scene, with every range checked (glTF 2.0
-// specification, sections 3.6 and 4): what goes on to Assimp is a small file of known shape.
+// The triangles of a glTF 2.0 or GLB file's scene, with every range checked before it is used (glTF 2.0
+// specification, sections 3.6 and 4).
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <bit>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
 #include "server-model/exchange/raw_triangles.h"
+#include "server-model/exchange/reference_text.h"
 
 namespace handloft::exchange::detail {
 namespace {
@@ -19,7 +21,7 @@ using nlohmann::json;
 
 constexpr std::size_t max_json_bytes = 16U << 20U;  ///< Parsed, it takes some ten times as much.
 constexpr int max_json_depth = 32;                  ///< glTF needs six.
-constexpr std::size_t max_node_depth = 256;         ///< Assimp goes down recursively.
+constexpr std::size_t max_node_depth = 256;         ///< More than any exporter nests.
 constexpr std::size_t max_objects = 65536;          ///< Nodes, meshes, accessors: each.
 
 /// Thrown inside of this file only.
@@ -43,10 +45,6 @@ std::uint32_t read_u32(std::span<const std::byte> content, std::size_t at) {
   std::uint32_t value = 0;
   for (std::size_t k = 0; k < 4; ++k) value |= std::to_integer<std::uint32_t>(content[at + k]) << (8U * k);
   return value;
-}
-
-std::string_view as_text(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 Container open_glb(std::span<const std::byte> content) {
@@ -166,26 +164,38 @@ std::vector<std::byte> decode_data_uri(std::string_view uri) {
   return bytes;
 }
 
-class Reducer {
+class SceneReader {
  public:
-  Reducer(const json& source, const ReferenceOptions& options) : source_(source), options_(options) {}
+  SceneReader(const json& source, const ReferenceOptions& options) : source_(source), options_(options) {}
 
-  FilesInMemory reduce(const std::optional<std::span<const std::byte>>& binary,
-                       const FindBuffer& find_buffer) {
+  RawTriangles read(const std::optional<std::span<const std::byte>>& binary, const FindBuffer& find_buffer) {
     check_asset();
-    copy_buffers(binary, find_buffer);
-    copy_views();
-    copy_accessors();
-    copy_meshes();
-    copy_nodes();
-    result_["asset"] = {{"version", "2.0"}};
-    const std::string text = result_.dump();
-    const auto bytes = std::as_bytes(std::span(text));
-    files_["main.gltf"].assign(bytes.begin(), bytes.end());
-    return std::move(files_);
+    read_buffers(binary, find_buffer);
+    read_views();
+    place_nodes();
+    return std::move(result_);
   }
 
  private:
+  struct View {
+    std::span<const std::byte> bytes;
+    std::uint64_t stride = 0;  ///< 0: elements follow one another.
+  };
+  struct Accessor {
+    std::span<const std::byte> bytes;
+    std::uint64_t count = 0;
+    std::uint64_t stride = 0;
+    std::uint64_t component_size = 0;
+
+    std::uint32_t integer(std::uint64_t element, std::uint64_t offset = 0) const {
+      std::uint32_t value = 0;
+      for (std::uint64_t k = 0; k < component_size; ++k) {
+        value |= std::to_integer<std::uint32_t>(bytes[element * stride + offset + k]) << (8U * k);
+      }
+      return value;
+    }
+  };
+
   void check_asset() const {
     const auto asset = source_.find("asset");
     const auto version =
@@ -207,16 +217,14 @@ class Reducer {
     }
   }
 
-  void copy_buffers(const std::optional<std::span<const std::byte>>& binary, const FindBuffer& find_buffer) {
+  void read_buffers(const std::optional<std::span<const std::byte>>& binary, const FindBuffer& find_buffer) {
     std::size_t left = options_.max_file_bytes;
-    result_["buffers"] = json::array();
     for (const json& buffer : list(source_, "buffers")) {
       const std::uint64_t length = number(buffer, "byteLength", options_.max_file_bytes);
-      const std::string name = fmt::format("buffer{}.bin", result_["buffers"].size());
-      std::vector<std::byte>& bytes = files_[name];
+      std::vector<std::byte> bytes;
       const auto uri = buffer.find("uri");
       if (uri == buffer.end()) {
-        if (!binary || !result_["buffers"].empty()) corrupt("found a buffer without content");
+        if (!binary || !buffers_.empty()) corrupt("found a buffer without content");
         bytes.assign(binary->begin(), binary->end());
       } else if (!uri->is_string()) {
         corrupt("a buffer's \"uri\" is not text");
@@ -234,7 +242,7 @@ class Reducer {
                fmt::format("the buffers hold more than {} bytes", options_.max_file_bytes));
       }
       left -= length;
-      result_["buffers"].push_back({{"byteLength", length}, {"uri", name}});
+      buffers_.push_back(std::move(bytes));
     }
   }
 
@@ -253,32 +261,20 @@ class Reducer {
     return std::move(*found);
   }
 
-  void copy_views() {
-    result_["bufferViews"] = json::array();
+  void read_views() {
     const json& buffers = list(source_, "buffers");
     for (const json& view : list(source_, "bufferViews")) {
-      const std::uint64_t buffer = index(view, "buffer", buffers);
-      const std::uint64_t size = result_["buffers"][buffer]["byteLength"].get<std::uint64_t>();
-      const std::uint64_t offset = number(view, "byteOffset", size, 0);
-      const std::uint64_t length = number(view, "byteLength", size - offset);
-      json copy = {{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", length}};
+      const std::span<const std::byte> buffer = buffers_[index(view, "buffer", buffers)];
+      const std::uint64_t offset = number(view, "byteOffset", buffer.size(), 0);
+      const std::uint64_t length = number(view, "byteLength", buffer.size() - offset);
       constexpr std::uint64_t longest_stride = 252;
-      if (view.contains("byteStride")) copy["byteStride"] = number(view, "byteStride", longest_stride);
-      result_["bufferViews"].push_back(std::move(copy));
+      views_.push_back({buffer.subspan(offset, length), number(view, "byteStride", longest_stride, 0)});
     }
   }
 
-  void copy_accessors() {
-    // Those of geometry are checked and copied when a mesh names them.
+  Accessor accessor(const json& parent, const char* name, bool positions) const {
     const json& accessors = list(source_, "accessors");
-    result_["accessors"] = json::array();
-    copied_.assign(accessors.size(), std::nullopt);
-  }
-
-  std::uint64_t copy_accessor(const json& parent, const char* name, bool positions) {
-    const json& accessors = list(source_, "accessors");
-    const std::uint64_t which = index(parent, name, accessors);
-    const json& from = accessors[which];
+    const json& from = accessors[index(parent, name, accessors)];
     if (!from.is_object()) corrupt("an accessor is not an object");
     if (from.contains("sparse"))
       refuse(ErrorCode::unsupported, "found a sparse accessor, expected a plain one");
@@ -287,173 +283,202 @@ class Reducer {
     constexpr std::uint64_t int_type = 5125;
     constexpr std::uint64_t float_type = 5126;
     const std::uint64_t component = number(from, "componentType", float_type);
-    const std::string type = from.value("type", json()).is_string() ? from["type"].get<std::string>() : "";
-    const bool good = positions
-                          ? component == float_type && type == "VEC3"
-                          : (component == byte_type || component == short_type || component == int_type) &&
-                                type == "SCALAR";
-    if (!good) {
+    const auto type = from.find("type");
+    const bool is_whole = component == byte_type || component == short_type || component == int_type;
+    if (type == from.end() ||
+        !(positions ? component == float_type && *type == "VEC3" : is_whole && *type == "SCALAR")) {
       corrupt(positions ? "found positions that are not three floats"
                         : "found indices that are not whole numbers");
     }
-    const std::uint64_t element =
-        positions ? 12U : (component == byte_type ? 1U : (component == short_type ? 2U : 4U));
-    const std::uint64_t count =
-        number(from, "count", positions ? max_raw_vertices(options_) : 3 * options_.max_triangles);
-    if (count == 0) corrupt("found an accessor of nothing");
-    const std::uint64_t view = index(from, "bufferView", result_["bufferViews"]);
-    const json& range = result_["bufferViews"][view];
-    const std::uint64_t length = range["byteLength"].get<std::uint64_t>();
-    const std::uint64_t offset = number(from, "byteOffset", length, 0);
-    const std::uint64_t stride = range.value("byteStride", element);
-    if (stride < element || offset + stride * (count - 1) + element > length) {
-      corrupt(fmt::format("an accessor of {} elements does not fit into its buffer", count));
+    Accessor result;
+    result.component_size = component == byte_type ? 1U : (component == short_type ? 2U : 4U);
+    const std::uint64_t element = positions ? 3 * result.component_size : result.component_size;
+    result.count = number(from, "count", positions ? max_raw_vertices(options_) : 3 * options_.max_triangles);
+    if (views_.empty()) corrupt("an accessor has no buffer view");
+    const View& view = views_[number(from, "bufferView", views_.size() - 1)];
+    result.bytes = view.bytes.subspan(number(from, "byteOffset", view.bytes.size(), 0));
+    result.stride = view.stride != 0 ? view.stride : element;
+    if (result.count == 0 || result.stride < element || result.bytes.size() < element ||
+        (result.bytes.size() - element) / result.stride < result.count - 1) {
+      corrupt(fmt::format("an accessor of {} elements does not fit into its buffer", result.count));
     }
-    if (!positions) check_range(range, offset, stride, element, count, parent);
-    if (!copied_[which]) {
-      copied_[which] = result_["accessors"].size();
-      result_["accessors"].push_back({{"bufferView", view},
-                                      {"byteOffset", offset},
-                                      {"componentType", component},
-                                      {"count", count},
-                                      {"type", type}});
-    }
-    return *copied_[which];
+    return result;
   }
 
-  /// Indices lead to positions of the same primitive.
-  void check_range(const json& view, std::uint64_t offset, std::uint64_t stride, std::uint64_t element,
-                   std::uint64_t count, const json& primitive) const {
-    const json& positions =
-        list(source_, "accessors")[index(primitive["attributes"], "POSITION", list(source_, "accessors"))];
-    const std::uint64_t vertices = number(positions, "count", max_raw_vertices(options_));
-    const auto bytes = std::span(files_.at(fmt::format("buffer{}.bin", view["buffer"].get<std::uint64_t>())))
-                           .subspan(view["byteOffset"].get<std::uint64_t>() + offset);
-    for (std::uint64_t i = 0; i < count; ++i) {
-      std::uint32_t value = 0;
-      for (std::uint64_t k = 0; k < element; ++k) {
-        value |= std::to_integer<std::uint32_t>(bytes[i * stride + k]) << (8U * k);
-      }
-      if (value >= vertices) {
-        corrupt(fmt::format("index {} names vertex {}, expected below {}", i, value, vertices));
-      }
-    }
-  }
-
-  void copy_meshes() {
-    result_["meshes"] = json::array();
+  void append_primitive(const json& primitive, const Eigen::Affine3d& world_from_mesh) {
     constexpr std::uint64_t triangles = 4;
+    constexpr std::uint64_t strip = 5;
     constexpr std::uint64_t fan = 6;
-    for (const json& mesh : list(source_, "meshes")) {
-      if (!mesh.is_object()) corrupt("a mesh is not an object");
-      json primitives = json::array();
-      for (const json& primitive : list(mesh, "primitives")) {
-        const std::uint64_t mode = number(primitive, "mode", fan, triangles);
-        if (mode < triangles) continue;  // Points and lines.
-        const auto attributes = primitive.find("attributes");
-        if (attributes == primitive.end() || !attributes->is_object())
-          corrupt("a primitive has no attributes");
-        if (!attributes->contains("POSITION")) continue;  // Allowed, and nothing to see.
-        json copy = {{"mode", mode},
-                     {"attributes", {{"POSITION", copy_accessor(*attributes, "POSITION", true)}}}};
-        if (primitive.contains("indices")) copy["indices"] = copy_accessor(primitive, "indices", false);
-        primitives.push_back(std::move(copy));
+    const std::uint64_t mode = number(primitive, "mode", fan, triangles);
+    if (mode < triangles) return;  // Points and lines.
+    const auto attributes = primitive.find("attributes");
+    if (attributes == primitive.end() || !attributes->is_object()) corrupt("a primitive has no attributes");
+    if (!attributes->contains("POSITION")) return;  // Allowed, and nothing to see.
+    const Accessor positions = accessor(*attributes, "POSITION", true);
+    std::vector<std::uint32_t> corners;
+    if (primitive.contains("indices")) {
+      const Accessor indices = accessor(primitive, "indices", false);
+      for (std::uint64_t i = 0; i < indices.count; ++i) {
+        corners.push_back(indices.integer(i));
+        if (corners.back() >= positions.count) {
+          corrupt(
+              fmt::format("index {} names vertex {}, expected below {}", i, corners.back(), positions.count));
+        }
       }
-      result_["meshes"].push_back({{"primitives", std::move(primitives)}});
+    } else {
+      for (std::uint32_t i = 0; i < positions.count; ++i) corners.push_back(i);
     }
+    if (Status status = check_counts(result_.positions.size() + positions.count,
+                                     (result_.indices.size() + corners.size()) / 3, options_);
+        !status) {
+      throw Refusal{status.error()};
+    }
+    const auto base = static_cast<std::uint32_t>(result_.positions.size());
+    for (std::uint64_t i = 0; i < positions.count; ++i) {
+      geometry::Vec3 p;
+      for (int axis = 0; axis < 3; ++axis) {
+        p[axis] = static_cast<double>(std::bit_cast<float>(
+            positions.integer(i, positions.component_size * static_cast<std::uint64_t>(axis))));
+      }
+      result_.positions.push_back(world_from_mesh * p);
+    }
+    const bool turned_over = world_from_mesh.linear().determinant() < 0;
+    const auto triangle = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+      if (turned_over) std::swap(b, c);
+      for (const std::uint32_t corner : {a, b, c}) result_.indices.push_back(base + corner);
+    };
+    if (mode == triangles) {
+      for (std::size_t i = 0; i + 2 < corners.size(); i += 3)
+        triangle(corners[i], corners[i + 1], corners[i + 2]);
+    }
+    for (std::size_t i = 0; mode == strip && i + 2 < corners.size(); ++i) {
+      triangle(corners[i], corners[i + 1 + i % 2], corners[i + 2 - i % 2]);
+    }
+    for (std::size_t i = 1; mode == fan && i + 1 < corners.size(); ++i) {
+      triangle(corners[0], corners[i], corners[i + 1]);
+    }
+    if (Status status = check_counts(0, result_.indices.size() / 3, options_); !status)
+      throw Refusal{status.error()};
   }
 
-  static void copy_numbers(const json& from, const char* name, std::size_t count, json& to) {
-    const auto found = from.find(name);
-    if (found == from.end()) return;
-    const bool good = found->is_array() && found->size() == count &&
-                      std::all_of(found->begin(), found->end(), [](const json& v) { return v.is_number(); });
-    if (!good) corrupt(fmt::format("a node's \"{}\" is not {} numbers", name, count));
-    to[name] = *found;
+  template <std::size_t count>
+  static std::array<double, count> numbers(const json& node, const char* name,
+                                           const std::array<double, count>& otherwise) {
+    const auto found = node.find(name);
+    if (found == node.end()) return otherwise;
+    if (!found->is_array() || found->size() != count)
+      corrupt(fmt::format("a node's \"{}\" is not {} numbers", name, count));
+    std::array<double, count> values{};
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!(*found)[i].is_number()) corrupt(fmt::format("a node's \"{}\" is not {} numbers", name, count));
+      values[i] = (*found)[i].template get<double>();
+    }
+    return values;
   }
 
-  void copy_nodes() {
+  static Eigen::Affine3d parent_from_node(const json& node) {
+    Eigen::Affine3d result = Eigen::Affine3d::Identity();
+    if (node.contains("matrix")) {
+      const auto m = numbers<16>(node, "matrix", {});
+      result.matrix() = Eigen::Map<const Eigen::Matrix4d>(m.data());
+      result.makeAffine();
+      return result;
+    }
+    const auto t = numbers<3>(node, "translation", {0, 0, 0});
+    const auto r = numbers<4>(node, "rotation", {0, 0, 0, 1});
+    const auto s = numbers<3>(node, "scale", {1, 1, 1});
+    const Eigen::Quaterniond rotation(r[3], r[0], r[1], r[2]);
+    if (!(rotation.norm() > 0)) corrupt("a node's \"rotation\" is no quaternion");
+    result.translate(geometry::Vec3(t[0], t[1], t[2]));
+    result.rotate(rotation.normalized());
+    result.scale(geometry::Vec3(s[0], s[1], s[2]));
+    return result;
+  }
+
+  void place_nodes() {
     const json& nodes = list(source_, "nodes");
     const json& meshes = list(source_, "meshes");
+    const std::vector<bool> has_parent = parents(nodes);
+    struct Open {
+      std::uint64_t node;
+      std::size_t depth;
+      Eigen::Affine3d world_from_parent;
+    };
+    // Every node has one parent at most and roots have none, so going down ends.
+    std::vector<Open> open;
+    for (const std::uint64_t root : roots(nodes, has_parent))
+      open.push_back({root, 1, Eigen::Affine3d::Identity()});
+    while (!open.empty()) {
+      const Open at = open.back();
+      open.pop_back();
+      if (at.depth > max_node_depth) corrupt(fmt::format("the nodes stand deeper than {}", max_node_depth));
+      const json& node = nodes[at.node];
+      const Eigen::Affine3d world_from_node = at.world_from_parent * parent_from_node(node);
+      if (node.contains("mesh")) {
+        const json& mesh = meshes[index(node, "mesh", meshes)];
+        if (!mesh.is_object()) corrupt("a mesh is not an object");
+        for (const json& primitive : list(mesh, "primitives")) append_primitive(primitive, world_from_node);
+      }
+      for (const json& child : list(node, "children")) {
+        open.push_back({child.get<std::uint64_t>(), at.depth + 1, world_from_node});
+      }
+    }
+  }
+
+  static std::vector<bool> parents(const json& nodes) {
     std::vector<bool> has_parent(nodes.size(), false);
-    result_["nodes"] = json::array();
     for (const json& node : nodes) {
       if (!node.is_object()) corrupt("a node is not an object");
-      json copy = json::object();
-      copy_numbers(node, "matrix", 16, copy);
-      copy_numbers(node, "translation", 3, copy);
-      copy_numbers(node, "rotation", 4, copy);
-      copy_numbers(node, "scale", 3, copy);
-      if (node.contains("mesh")) {
-        const std::uint64_t mesh = index(node, "mesh", meshes);
-        if (!result_["meshes"][mesh]["primitives"].empty()) copy["mesh"] = mesh;
-      }
       for (const json& child : list(node, "children")) {
         if (!child.is_number_unsigned() || child.get<std::uint64_t>() >= nodes.size() ||
             has_parent[child.get<std::uint64_t>()]) {
           corrupt("the nodes are no tree");
         }
         has_parent[child.get<std::uint64_t>()] = true;
-        copy["children"].push_back(child);
       }
-      result_["nodes"].push_back(std::move(copy));
     }
-    copy_scene(has_parent);
+    return has_parent;
   }
 
-  void copy_scene(const std::vector<bool>& has_parent) {
-    const json& nodes = list(source_, "nodes");
-    json roots = json::array();
+  std::vector<std::uint64_t> roots(const json& nodes, const std::vector<bool>& has_parent) const {
+    std::vector<std::uint64_t> result;
     const json& scenes = list(source_, "scenes");
     if (scenes.empty()) {
-      for (std::size_t i = 0; i < nodes.size(); ++i) {
-        if (!has_parent[i]) roots.push_back(i);
+      for (std::uint64_t i = 0; i < nodes.size(); ++i) {
+        if (!has_parent[i]) result.push_back(i);
       }
-    } else {
-      const json& scene = scenes[number(source_, "scene", scenes.size() - 1, 0)];
-      if (!scene.is_object()) corrupt("a scene is not an object");
-      std::vector<bool> named(nodes.size(), false);
-      for (const json& root : list(scene, "nodes")) {
-        if (!root.is_number_unsigned() || root.get<std::uint64_t>() >= nodes.size() ||
-            has_parent[root.get<std::uint64_t>()] || named[root.get<std::uint64_t>()]) {
-          corrupt("a scene names a node that is no root");
-        }
-        named[root.get<std::uint64_t>()] = true;
-        roots.push_back(root);
-      }
+      return result;
     }
-    // Every node has one parent at most, so going down from roots ends; deep trees are not for recursion.
-    std::vector<std::pair<std::uint64_t, std::size_t>> open;
-    for (const json& root : roots) open.emplace_back(root.get<std::uint64_t>(), 1);
-    while (!open.empty()) {
-      const auto [node, depth] = open.back();
-      open.pop_back();
-      if (depth > max_node_depth) corrupt(fmt::format("the nodes stand deeper than {}", max_node_depth));
-      for (const json& child : list(result_["nodes"][node], "children")) {
-        open.emplace_back(child.get<std::uint64_t>(), depth + 1);
+    const json& scene = scenes[number(source_, "scene", scenes.size() - 1, 0)];
+    if (!scene.is_object()) corrupt("a scene is not an object");
+    std::vector<bool> named(nodes.size(), false);
+    for (const json& root : list(scene, "nodes")) {
+      if (!root.is_number_unsigned() || root.get<std::uint64_t>() >= nodes.size() ||
+          has_parent[root.get<std::uint64_t>()] || named[root.get<std::uint64_t>()]) {
+        corrupt("a scene names a node that is no root");
       }
+      named[root.get<std::uint64_t>()] = true;
+      result.push_back(root.get<std::uint64_t>());
     }
-    if (roots.empty()) corrupt("the scene is empty");
-    result_["scene"] = 0;
-    result_["scenes"] = json::array({{{"nodes", std::move(roots)}}});
+    return result;
   }
 
   const json& source_;
   const ReferenceOptions& options_;
-  json result_ = json::object();
-  FilesInMemory files_;
-  std::vector<std::optional<std::uint64_t>> copied_;
+  std::vector<std::vector<std::byte>> buffers_;
+  std::vector<View> views_;
+  RawTriangles result_;
 };
 
 }  // namespace
 
-Result<FilesInMemory> geometry_of_gltf(std::span<const std::byte> content, ReferenceFormat format,
-                                       const ReferenceOptions& options, const FindBuffer& find_buffer) {
+Result<RawTriangles> read_gltf(std::span<const std::byte> content, ReferenceFormat format,
+                               const ReferenceOptions& options, const FindBuffer& find_buffer) {
   try {
     const Container container =
         format == ReferenceFormat::glb ? open_glb(content) : Container{as_text(content), std::nullopt};
     const json source = parse(container.text);
-    return Reducer(source, options).reduce(container.binary, find_buffer);
+    return SceneReader(source, options).read(container.binary, find_buffer);
   } catch (const Refusal& refusal) {
     return refusal.error;
   } catch (const std::bad_alloc&) {

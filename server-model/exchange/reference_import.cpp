@@ -64,148 +64,21 @@ Result<std::vector<std::byte>> read_bounded(const fs::path& path, std::size_t mo
   return content;
 }
 
-std::string_view as_text(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
-/// The next line without its end; `text` loses it.
-std::string_view take_line(std::string_view& text) {
-  const std::size_t end = std::min(text.find('\n'), text.size());
-  std::string_view line = text.substr(0, end);
-  text.remove_prefix(std::min(end + 1, text.size()));
-  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-  return line;
-}
-
-std::string_view take_word(std::string_view& line) {
-  line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
-  const std::size_t end = std::min(line.find_first_of(" \t"), line.size());
-  const std::string_view word = line.substr(0, end);
-  line.remove_prefix(end);
-  return word;
-}
-
-/// A PLY's header says how much follows, and the reader makes room for it before it looks.
-Status check_ply(std::span<const std::byte> content, const ReferenceOptions& options) {
-  std::string_view text = as_text(content);
-  if (take_line(text) != "ply") {
-    return make_error(ErrorCode::data_corrupt, "found no \"ply\" in the first line, expected a PLY file",
-                      "path");
-  }
-  constexpr int max_header_lines = 1000;
-  std::size_t vertices = 0;
-  std::size_t faces = 0;
-  bool element_is_empty = false;
-  for (int i = 0; i < max_header_lines && !text.empty(); ++i) {
-    std::string_view line = take_line(text);
-    const std::string_view keyword = take_word(line);
-    if (keyword == "property") element_is_empty = false;
-    if ((keyword == "element" || keyword == "end_header") && element_is_empty) break;
-    if (keyword == "end_header") {
-      if (vertices + faces > text.size()) {
-        return make_error(ErrorCode::data_corrupt,
-                          fmt::format("the header promises {} elements, but {} bytes follow",
-                                      vertices + faces, text.size()),
-                          "path");
-      }
-      return detail::check_counts(vertices, faces, options);
-    }
-    if (keyword != "element") continue;
-    element_is_empty = true;
-    const std::string_view name = take_word(line);
-    const std::string_view count = take_word(line);
-    constexpr std::size_t digits = 9;
-    if (count.empty() || count.size() > digits ||
-        !std::all_of(count.begin(), count.end(), [](char c) { return c >= '0' && c <= '9'; })) {
-      return make_error(ErrorCode::resource_exhausted,
-                        "an element's count is not a number of at most nine digits", "path");
-    }
-    std::size_t value = 0;
-    for (const char c : count) value = 10 * value + static_cast<std::size_t>(c - '0');
-    (name == "vertex" ? vertices : faces) += value;
-  }
-  return make_error(ErrorCode::data_corrupt, "the header does not end, or has an element without properties",
-                    "path");
-}
-
-/// Each of an OBJ's lines takes some hundred bytes when read.
-Status check_obj(std::span<const std::byte> content, const ReferenceOptions& options) {
-  std::string_view text = as_text(content);
-  std::size_t vertices = 0;
-  std::size_t faces = 0;
-  constexpr std::size_t max_line = 65536;  // A polygon of thousands of corners.
-  while (!text.empty()) {
-    std::string_view line = take_line(text);
-    if (line.size() > max_line) {
-      return make_error(ErrorCode::data_corrupt,
-                        fmt::format("found a line of {} bytes, expected at most {}", line.size(), max_line),
-                        "path");
-    }
-    const std::string_view keyword = take_word(line);
-    vertices += keyword == "v" ? 1U : 0U;
-    faces += keyword == "f" ? 1U : 0U;
-  }
-  if (vertices == 0 || faces == 0) {
-    return make_error(
-        ErrorCode::data_corrupt,
-        fmt::format("found {} vertices and {} faces, expected an OBJ file with some", vertices, faces),
-        "path");
-  }
-  return detail::check_counts(vertices, faces, options);
-}
-
-/// Binary STL says how many triangles follow; anything else must begin as text does.
-Status check_stl(std::span<const std::byte> content, const ReferenceOptions& options) {
-  constexpr std::size_t header = 84;
-  constexpr std::size_t triangle = 50;
-  if (content.size() >= header) {
-    std::uint32_t count = 0;
-    for (std::size_t k = 0; k < 4; ++k) count |= std::to_integer<std::uint32_t>(content[80 + k]) << (8U * k);
-    if (content.size() == header + triangle * std::size_t{count}) {
-      return detail::check_counts(0, count, options);
-    }
-  }
-  std::string_view text = as_text(content);
-  if (take_word(text).substr(0, 5) != "solid") {
-    return make_error(
-        ErrorCode::data_corrupt,
-        "found neither \"solid\" nor a length that fits the number of triangles, expected an STL file",
-        "path");
-  }
-  return {};
-}
-
 Result<detail::RawTriangles> read_mesh(std::span<const std::byte> content, ReferenceFormat format,
                                        const ReferenceOptions& options, const FindBuffer& find_buffer) {
-  detail::FilesInMemory files;
-  std::string extension;
-  Status checked;
   switch (format) {
     case ReferenceFormat::obj:
-      extension = "obj";
-      checked = check_obj(content, options);
-      break;
+      return detail::read_obj(content, options);
     case ReferenceFormat::stl:
-      extension = "stl";
-      checked = check_stl(content, options);
-      break;
+      return detail::read_stl(content, options);
     case ReferenceFormat::ply:
-      extension = "ply";
-      checked = check_ply(content, options);
-      break;
+      return detail::read_ply(content, options);
     case ReferenceFormat::gltf:
-    case ReferenceFormat::glb: {
-      auto reduced = detail::geometry_of_gltf(content, format, options, find_buffer);
-      if (!reduced) return reduced.error();
-      return detail::read_with_assimp(*reduced, "main.gltf", "gltf", options);
-    }
+    case ReferenceFormat::glb:
+      return detail::read_gltf(content, format, options, find_buffer);
     default:
       return make_error(ErrorCode::unsupported, "STEP and IGES are read from files only", "path");
   }
-  if (!checked) return checked.error();
-  const std::string name = "main." + extension;
-  files[name].assign(content.begin(), content.end());
-  return detail::read_with_assimp(files, name, extension, options);
 }
 
 bool knows_up(ReferenceFormat format) {
