@@ -68,6 +68,8 @@ Result<std::vector<Curve>> prepare_strokes(std::span<const Curve> strokes,
       return error;
     }
     if (smooth->empty()) continue;
+    // Corners set one by one, as in a script: the window would see beyond both ends and flatten them.
+    if (strokes[i].size() < static_cast<std::size_t>(smoothing.window)) *smooth = strokes[i];
     Curve reversed(smooth->rbegin(), smooth->rend());
     curves.push_back(curve_less(reversed, *smooth) ? std::move(reversed) : std::move(*smooth));
   }

@@ -22,7 +22,8 @@ namespace handloft::geometry {
 using Curve = std::vector<Vec3>;
 
 /// The strokes smoothed (A18), each turned and all sorted by a rule that looks at their points alone, so that
-/// it doesn't matter how they were drawn. Strokes without points vanish. Errors: invalid_argument
+/// it doesn't matter how they were drawn. Those of fewer points than the window stay as they are; those
+/// without points vanish. Errors: invalid_argument
 /// ("strokes[2].points[3]", or as smooth_curve() for the options).
 Result<std::vector<Curve>> prepare_strokes(std::span<const Curve> strokes,
                                            const SmoothingOptions& smoothing = {});

@@ -226,6 +226,29 @@ std::optional<DualShape> image_of(const DualShape& shape, const DualShape& partn
   return image;
 }
 
+/// Linked points of a partner that has others besides, at the mirror images of the shape's (A12); the partner
+/// is fitted to them.
+Status follow_linked(const DualShape& shape, DualShape& partner) {
+  PointCloud points;
+  std::vector<DualPoint> chunk;
+  std::size_t i = 0;
+  for (std::size_t c = 0; c < partner.points.chunk_count(); ++c) {
+    const auto before = partner.points.chunk(c);
+    chunk.assign(before.begin(), before.end());
+    for (DualPoint& point : chunk) {
+      const std::uint32_t original = partner.mirror_partner(i++);
+      if (original >= shape.points.size()) continue;
+      const Vec3 position = geometry::reflect_point(shape.points[original].position(), shape.plane);
+      point.x = position.x();
+      point.y = position.y();
+      point.z = position.z();
+    }
+    points.append(chunk);
+  }
+  partner.points = std::move(points);
+  return refit_alone(partner);
+}
+
 ProfileEdit mirrored(const ProfileEdit& edit, const geometry::Plane& plane) {
   ProfileEdit image = edit;
   image.keep = KeptCurves::none;  // The images of the shape's kept points join the partner.
@@ -281,6 +304,7 @@ Status edit_with_partner(Document& document, const DualShape& shape, const Profi
     } else {
       auto own = edit_shape(*partner, mirrored(edit, shape.plane), limits);
       if (!own) return own.error();
+      if (auto status = follow_linked(edited->shape, own->shape); !status) return status;
       note_fit(own->shape, notes);
       put(document, std::move(own->shape));
     }

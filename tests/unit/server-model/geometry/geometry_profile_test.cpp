@@ -265,6 +265,13 @@ TEST(ProfileModification, BadInputIsRefused) {
   EXPECT_TRUE(prepare_strokes(std::vector<Curve>{{}, {}})->empty());
 }
 
+TEST(ProfileModification, A18_CurvesOfAFewCornersAreNotFlattened) {
+  const Curve corners = {{-0.03, 0, 0.03}, {0, 0, 0.045}, {0.03, 0, 0.03}};
+  EXPECT_EQ(*prepare_strokes(std::vector<Curve>{corners}), std::vector<Curve>{corners});
+  const Curve dense = arch(0.03, 0.0, 0.0, 9);
+  EXPECT_NE(*prepare_strokes(std::vector<Curve>{dense}), std::vector<Curve>{dense});
+}
+
 TEST(KeptCurve, A20_ATenthOfThePoints) {
   EXPECT_EQ(kept_point_count(100), 10U);
   EXPECT_EQ(kept_point_count(0), 1U);

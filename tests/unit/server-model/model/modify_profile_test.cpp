@@ -380,6 +380,13 @@ TEST(ModifyProfile, A12_APartnerWithPointsOfItsOwnIsEditedByTheMirroredCurve) {
       EXPECT_LE(refit_error(*b), 1e-9);
       EXPECT_FALSE(b->fit->surface == before.find_dual(id)->fit->surface);
     }
+    // Linked pairs stay mirror images.
+    const DualPtr a = after.find_dual("a");
+    const DualPtr b = after.find_dual("a-mirror");
+    for (std::size_t i = 60; i < a->points.size(); ++i) {
+      const Vec3 image = geometry::reflect_point(a->points[i].position(), a->plane);
+      EXPECT_LE((b->points[a->mirror_partner(i)].position() - image).norm(), 1e-15);
+    }
   }
   // Released, it stays.
   const Document alone = applied(before, {symmetry("a", v1::SetSymmetry::OFF)});
