@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "server-model/exchange/contour_curve.h"
+#include "server-model/exchange/region_face.h"
 #include "server-model/geometry/bezier_patch.h"
 
 namespace handloft::exchange::detail {
@@ -135,6 +136,10 @@ Result<TopoDS_Face> make_face(const SurfaceExport& item, double contour_toleranc
   if (item.trim == Trim::contour) {
     box.half_extent = surface_margin * boundary_half_extent(item.superellipse, geometry::trim_level());
   }
+  if (!item.region.outer.empty()) {
+    box = region_box(item.region);
+    if (item.trim == Trim::region) box.half_extent *= surface_margin;
+  }
   const Result<geometry::BezierPatch> patch = geometry::to_bezier_patch(item.surface, item.frame, box);
   if (!patch.ok()) return patch.error();
   const Handle(Geom_BSplineSurface) surface = make_surface(*patch, box);
@@ -144,12 +149,22 @@ Result<TopoDS_Face> make_face(const SurfaceExport& item, double contour_toleranc
     Result<TopoDS_Face> trimmed = trimmed_face(item, surface, box, contour_tolerance);
     if (!trimmed.ok()) return trimmed;
     face = *trimmed;
+  } else if (item.trim == Trim::region) {
+    Result<TopoDS_Face> trimmed = region_face(item, surface, box);
+    if (!trimmed.ok()) return trimmed;
+    face = *trimmed;
   } else {
     face = BRepBuilderAPI_MakeFace(surface, Precision::Confusion()).Face();
   }
   if (!BRepCheck_Analyzer(face).IsValid()) {
     if (item.trim == Trim::box) {
       return make_error(ErrorCode::invalid_argument, "the surface makes no valid CAD face", "surface");
+    }
+    if (item.trim == Trim::region) {
+      return make_error(ErrorCode::invalid_argument,
+                        "the surface, trimmed at its boundary curve, makes no valid CAD face; draw the curve without "
+                        "touching itself, or export untrimmed",
+                        "surface");
     }
     return make_error(
         ErrorCode::invalid_argument,

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "server-model/geometry/planar_faces.h"
 #include "server-model/geometry/polynomial_surface.h"
 #include "server-model/geometry/superellipse.h"
 #include "server-model/geometry/tessellate.h"
@@ -15,7 +16,8 @@ namespace handloft::exchange {
 enum class Trim {
   contour,  ///< At the half-opaque contour of the superellipse, f = 1.381 (A26), less tips of stars thinner
             ///< than 10 um.
-  box,      ///< Untrimmed: the box around that contour.
+  box,      ///< Untrimmed: the box around that contour, or around `region` where there is one.
+  region,   ///< At the borders of `region` (A24): what a drawn curve encloses, or one of several such faces.
 };
 
 struct SurfaceExport {
@@ -24,6 +26,7 @@ struct SurfaceExport {
   geometry::Frame frame;
   geometry::Superellipse superellipse;
   Trim trim = Trim::contour;
+  geometry::PlanarFace region = {};  ///< In the frame, metres; empty: the superellipse trims.
 };
 
 /// A mesh ready for a mesh format.

@@ -11,6 +11,7 @@
 #include "server-model/exchange/gltf_writer.h"
 #include "server-model/exchange/obj_writer.h"
 #include "server-model/exchange/step_writer.h"
+#include "server-model/geometry/planar_faces.h"
 #include "server-model/geometry/tessellate.h"
 #include "server-model/model/validate.h"
 
@@ -67,21 +68,43 @@ Result<std::vector<DualPtr>> chosen(const Document& document, const v1::Export& 
   return entities;
 }
 
-Result<exchange::SurfaceExport> surface_of(const DualShape& shape, exchange::Trim trim) {
+/// The surface as CAD faces: one, but where a boundary curve crosses itself one for each part that it encloses
+/// (A24), the largest first.
+Result<std::vector<exchange::SurfaceExport>> faces_of(const DualShape& shape, exchange::Trim trim) {
   auto superellipse = shape.superellipse();
   if (!superellipse) return superellipse.error();
-  return exchange::SurfaceExport{shape.name, shape.fit->surface, shape.fit->frame, *superellipse, trim};
+  auto field = shape.trim();
+  if (!field) return field.error();
+  exchange::SurfaceExport whole{shape.name, shape.fit->surface, shape.fit->frame, *superellipse, trim};
+  const geometry::BoundaryTrim* const boundary = field->boundary();
+  if (boundary == nullptr) return std::vector{whole};
+  if (trim == exchange::Trim::box) {
+    const geometry::Vec2 lower = boundary->box().lower();
+    const geometry::Vec2 upper = boundary->box().upper();
+    whole.region.outer = {lower, {upper.x(), lower.y()}, upper, {lower.x(), upper.y()}};
+    return std::vector{whole};
+  }
+  auto regions = geometry::planar_faces(boundary->polygon());
+  if (!regions) return regions.error();
+  std::vector<exchange::SurfaceExport> faces;
+  for (geometry::PlanarFace& region : *regions) {
+    faces.push_back(whole);
+    faces.back().trim = exchange::Trim::region;
+    faces.back().region = std::move(region);
+    if (faces.size() > 1) faces.back().name = fmt::format("{} ({})", shape.name, faces.size());
+  }
+  return faces;
 }
 
-Result<exchange::MeshExport> mesh_of(const exchange::SurfaceExport& surface) {
-  geometry::Box2 box{surface.superellipse.centre(),
-                     surface.superellipse.contour_half_extent(geometry::trim_level())};
-  auto mesh = surface.trim == exchange::Trim::box
-                  ? geometry::tessellate_box(surface.surface, surface.frame, box)
-                  : geometry::tessellate(surface.surface, surface.frame, surface.superellipse);
+Result<exchange::MeshExport> mesh_of(const DualShape& shape, exchange::Trim trim) {
+  auto field = shape.trim();
+  if (!field) return field.error();
+  const FittedSurface& fit = *shape.fit;
+  auto mesh = trim == exchange::Trim::box ? geometry::tessellate_box(fit.surface, fit.frame, field->solid_box())
+                                          : geometry::tessellate(fit.surface, fit.frame, *field);
   if (!mesh) return mesh.error();
   exchange::MeshExport result;
-  result.name = surface.name;
+  result.name = shape.name;
   result.mesh = std::move(*mesh);
   return result;
 }
@@ -139,16 +162,15 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
   std::vector<exchange::MeshExport> meshes;
   std::vector<exchange::PointCloudExport> clouds;
   std::vector<std::string> cloud_ids;
+  std::vector<std::string> surface_ids;
   for (const DualPtr& entity : *entities) {
     exported.entities.push_back(entity->id);
     if (entity->stale) {
       exported.notes.push_back(
           fmt::format("\"{}\": exported as it was last fitted; its points have changed since", entity->id));
     }
-    auto surface = surface_of(*entity, trim);
-    if (!surface) return of_shape(entity->id, surface.error());
     if (*format != v1::Export::STEP) {
-      auto mesh = mesh_of(*surface);
+      auto mesh = mesh_of(*entity, trim);
       if (!mesh) return of_shape(entity->id, mesh.error());
       meshes.push_back(std::move(*mesh));
       if (*format == v1::Export::GLB && entity->representation != Representation::surface) {
@@ -156,7 +178,14 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
         cloud_ids.push_back(entity->id);
       }
     }
-    surfaces.push_back(std::move(*surface));
+    if (*format == v1::Export::STEP) {
+      auto faces = faces_of(*entity, trim);
+      if (!faces) return of_shape(entity->id, faces.error());
+      for (exchange::SurfaceExport& face : *faces) {
+        surfaces.push_back(std::move(face));
+        surface_ids.push_back(entity->id);
+      }
+    }
   }
   Status written;
   switch (*format) {
@@ -173,7 +202,7 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
   if (!written) {
     return of_request(
         written.error(),
-        {{"surfaces", exported.entities}, {"meshes", exported.entities}, {"clouds", cloud_ids}});
+        {{"surfaces", surface_ids}, {"meshes", exported.entities}, {"clouds", cloud_ids}});
   }
   return exported;
 }

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "server-model/geometry/superellipse.h"
-
 namespace handloft::stream {
 namespace {
 
@@ -18,7 +16,7 @@ std::array<float, 3> to_floats(const geometry::Vec3& v) {
 Result<v1::Mesh> surface_mesh(const model::DualShape& shape, const geometry::TessellationOptions& options) {
   if (!shape.fit)
     return make_error(ErrorCode::failed_precondition, "\"" + shape.id + "\" is not fitted", "entity");
-  const auto trim = shape.superellipse();
+  const auto trim = shape.trim();
   if (!trim) return trim.error();
   const auto mesh = geometry::tessellate(shape.fit->surface, shape.fit->frame, *trim, options);
   if (!mesh) return mesh.error();
@@ -46,7 +44,8 @@ std::shared_ptr<const v1::Mesh> MeshCache::find(const model::DualShape& shape) {
   {
     const std::lock_guard lock(mutex_);
     const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const auto& candidate) {
-      return candidate->fit == shape.fit && candidate->exponent == shape.superellipse_exponent;
+      return candidate->fit == shape.fit && candidate->exponent == shape.superellipse_exponent &&
+             candidate->boundary == shape.boundary;
     });
     if (found != entries_.end()) {
       entries_.splice(entries_.begin(), entries_, found);
@@ -56,6 +55,7 @@ std::shared_ptr<const v1::Mesh> MeshCache::find(const model::DualShape& shape) {
     entry = std::make_shared<Entry>();
     entry->fit = shape.fit;
     entry->exponent = shape.superellipse_exponent;
+    entry->boundary = shape.boundary;
     entry->used_in_round = round_;
     entries_.push_front(entry);
     ++statistics_.pending;

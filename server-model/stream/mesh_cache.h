@@ -1,5 +1,5 @@
 #pragma once
-// Triangles of the fitted surfaces, tessellated and packed once for each fit and exponent (A22), off the
+// Triangles of the fitted surfaces, tessellated and packed once for each fit and trim (A22, A24), off the
 // model thread: a mesh of some ten thousand vertices takes milliseconds, and the hand must not wait for it.
 
 #include <cstddef>
@@ -57,6 +57,7 @@ class MeshCache {
   struct Entry {
     std::shared_ptr<const model::FittedSurface> fit;
     double exponent = 2.0;
+    std::shared_ptr<const model::TrimCurve> boundary;
     std::shared_ptr<const v1::Mesh> mesh;
     bool done = false;
     std::uint64_t used_in_round = 0;

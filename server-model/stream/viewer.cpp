@@ -7,6 +7,7 @@
 
 #include "common/codec/point_codec.h"
 #include "server-model/geometry/fuzzy_point.h"
+#include "server-model/stream/curves.h"
 
 namespace handloft::stream {
 namespace {
@@ -133,6 +134,7 @@ void Viewer::update_dual(Held& held, const model::DualShape& shape, const SceneE
     if (packed) *state.mutable_points() = *std::move(packed);
   }
   held.points = end;
+  if (curves_differ(before.get(), shape)) write_curves(shape, state);
   if (!shape.fitted()) {
     held.surface = nullptr;
   } else if (entity.surface && held.surface != entity.surface) {
@@ -154,6 +156,7 @@ std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
       bytes += entity_overhead_bytes + state.points().positions().size() + state.points().styles().size() +
                state.surface().positions().size() + state.surface().normals().size() +
                state.surface().opacity().size() + state.surface().indices().size();
+      for (const v1::Polyline& curve : state.curves()) bytes += curve.points().size();
     }
   };
 
