@@ -54,10 +54,34 @@ v1::SetSymmetry any_symmetry(const std::string& id) {
   return symmetry;
 }
 
+// Curves of two points and more, for somebody, nobody or divided.
+v1::ModifyProfile any_profile() {
+  v1::ModifyProfile request;
+  request.set_keep_as_points(in_range(0, 3) == 0);
+  const int curves = in_range(0, 4);
+  for (int i = 0; i < curves; ++i) {
+    auto& curve = *request.add_curves();
+    const int points = in_range(2, 8);
+    for (int k = 0; k < points; ++k) {
+      *curve.add_points()->mutable_position() = any_vector();
+      curve.mutable_points(k)->set_pressure(0.1 * in_range(0, 11));
+    }
+    if (in_range(0, 2) == 0) {
+      curve.set_entity(any_id());
+    } else if (in_range(0, 4) == 0) {
+      curve.add_split_at(0.1 * in_range(0, 11));
+      curve.add_split_entities(any_id());
+      curve.add_split_entities(*rc::gen::element(any_id(), std::string("")));
+    }
+  }
+  if (in_range(0, 4) == 0) request.add_entities(any_id());
+  return request;
+}
+
 v1::Operation any_operation() {
   v1::Operation operation;
   const std::string id = any_id();
-  switch (in_range(0, 16)) {
+  switch (in_range(0, 17)) {
     case 0:
     case 1:
       operation.mutable_create_dual_shape()->set_id(*rc::gen::element(id, std::string("")));
@@ -95,6 +119,9 @@ v1::Operation any_operation() {
       break;
     case 11:
       operation.mutable_redo();
+      break;
+    case 12:
+      *operation.mutable_modify_profile() = any_profile();
       break;
     default: {
       auto& request = *operation.mutable_add_points();
