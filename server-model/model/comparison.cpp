@@ -67,8 +67,9 @@ void describe_shapes(const DualShape& present, const DualShape& other, std::vect
                      v1::EntityDifference& out) {
   const auto points = static_cast<std::ptrdiff_t>(present.points.size());
   const auto former = static_cast<std::ptrdiff_t>(other.points.size());
-  if (points > former) words.push_back(fmt::format("{} points more", points - former));
-  if (points < former) words.push_back(fmt::format("{} points fewer", former - points));
+  const auto counted = [](std::ptrdiff_t n) { return fmt::format("{} point{}", n, n == 1 ? "" : "s"); };
+  if (points > former) words.push_back(counted(points - former) + " more");
+  if (points < former) words.push_back(counted(former - points) + " fewer");
   const double moved = max_between(present.points, other.points);
   if (moved > 0) words.emplace_back("points moved");
   out.set_max_point_distance_m(moved);
@@ -76,7 +77,8 @@ void describe_shapes(const DualShape& present, const DualShape& other, std::vect
     words.emplace_back(!other.fit ? "fitted" : (!present.fit ? "not fitted" : "fitted again"));
     if (present.fit && other.fit) out.set_rms_surface_distance_m(rms_between(*present.fit, *other.fit));
   }
-  if (present.superellipse_exponent != other.superellipse_exponent) words.emplace_back("trimmed otherwise");
+  if (present.superellipse_exponent != other.superellipse_exponent || present.boundary != other.boundary)
+    words.emplace_back("trimmed otherwise");
   if (present.symmetry != other.symmetry || present.partner != other.partner) {
     words.emplace_back("symmetry changed");
   }

@@ -46,10 +46,12 @@ Status measure(const geometry::MeshDistance& mesh, const std::vector<geometry::V
   double sum = 0;
   double squares = 0;
   double max = 0;
+  double min = distances.empty() ? 0.0 : distances.front();
   for (const double distance : distances) {
     sum += distance;
     squares += distance * distance;
     max = std::max(max, std::abs(distance));
+    min = std::min(min, distance);
   }
   out.set_count(static_cast<std::uint32_t>(points.size()));
   if (points.empty()) return {};
@@ -57,6 +59,7 @@ Status measure(const geometry::MeshDistance& mesh, const std::vector<geometry::V
   out.set_mean_m(sum / count);
   out.set_rms_m(std::sqrt(squares / count));
   out.set_max_m(max);
+  out.set_min_m(min);
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "common/codec/tilt_file.h"
+#include "server-model/exchange/reference_import.h"
 #include "server-model/exchange/stroke_import.h"
 #include "server-model/model/validate.h"
 
@@ -117,6 +118,47 @@ Result<exchange::ImportedStrokes> place_strokes(const codec::TiltFile& file, con
   return placed;
 }
 
+Result<v1::Operation> resolve_reference(const v1::Operation& operation, const FileAccess& files,
+                                        const Limits& limits) {
+  const v1::ImportReference& request = operation.import_reference();
+  if (request.path().empty()) {
+    if (request.has_resolved()) return operation;
+    return make_error(ErrorCode::invalid_argument,
+                      "the path is missing, expected that of an OBJ, STL, PLY, glTF, GLB, STEP or IGES file",
+                      "import_reference.path");
+  }
+  auto path = files.to_read(request.path(), "import_reference.path");
+  if (!path) return path.error();
+  exchange::ReferenceOptions options;
+  options.scale = request.scale();
+  options.up = request.y_up() ? exchange::UpAxis::y : exchange::UpAxis::z;
+  options.translation = {request.translation().x(), request.translation().y(), request.translation().z()};
+  options.max_vertices = limits.max_reference_vertices;
+  options.max_triangles = limits.max_reference_triangles;
+  options.max_coordinate_m = limits.max_coordinate_m;
+  auto imported = exchange::import_reference(*path, options);
+  if (!imported) {
+    Error error = imported.error();
+    error.field = "import_reference." + error.field;
+    return error;
+  }
+  v1::Operation resolved = operation;
+  v1::ImportReference& into = *resolved.mutable_import_reference();
+  if (into.name().empty()) into.set_name(path->stem().string());
+  into.clear_path();
+  into.clear_scale();
+  into.clear_y_up();
+  into.clear_translation();
+  v1::TriangleMesh& mesh = *into.mutable_resolved();
+  mesh.Clear();
+  mesh.mutable_positions()->Reserve(static_cast<int>(3 * imported->positions.size()));
+  for (const geometry::Vec3& position : imported->positions) {
+    for (int axis = 0; axis < 3; ++axis) mesh.add_positions(static_cast<float>(position[axis]));
+  }
+  mesh.mutable_indices()->Add(imported->indices.begin(), imported->indices.end());
+  return resolved;
+}
+
 }  // namespace
 
 Result<fs::path> FileAccess::to_read(const std::string& path, const std::string& field) const {
@@ -129,6 +171,7 @@ Result<fs::path> FileAccess::to_write(const std::string& path, const std::string
 
 Result<v1::Operation> resolve_operation(const v1::Operation& operation, const FileAccess& files,
                                         const Limits& limits) {
+  if (operation.has_import_reference()) return resolve_reference(operation, files, limits);
   if (!operation.has_import_strokes()) return operation;
   const v1::ImportStrokes& request = operation.import_strokes();
   if (request.path().empty()) {

@@ -1,6 +1,6 @@
 #pragma once
 // Operations that touch files, made into what a document can apply and a log can store: an import's path is
-// read once and its strokes stand in the operation itself from then on.
+// read once and its strokes or triangles stand in the operation itself from then on.
 
 #include <filesystem>
 #include <string>
@@ -23,6 +23,9 @@ struct FileAccess {
   Result<std::filesystem::path> to_write(const std::string& path, const std::string& field) const;
 };
 
+/// For import_reference with a path: reads the file (exchange::import_reference) and returns the operation
+/// with `resolved` filled, in the world, and path and placement taken out.
+///
 /// For import_strokes with a path: reads the .tilt file, scales and centres the strokes, and returns the
 /// operation with `resolved` filled and the path taken out, so that it means the same everywhere. Any other
 /// operation comes back as it is. Errors: not_found, io, data_corrupt, permission_denied, invalid_argument

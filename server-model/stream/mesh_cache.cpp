@@ -36,7 +36,10 @@ Result<v1::Mesh> surface_mesh(const model::DualShape& shape, const geometry::Tes
 }
 
 MeshCache::MeshCache(Run run, std::function<void()> ready, MeshCacheOptions options)
-    : run_(std::move(run)), ready_(std::move(ready)), options_(options) {}
+    : run_(std::move(run)),
+      ready_(std::move(ready)),
+      options_(options),
+      references_(run_, ready_, options.max_unused) {}
 
 std::shared_ptr<const v1::Mesh> MeshCache::find(const model::DualShape& shape) {
   if (!shape.fit) return nullptr;
@@ -89,11 +92,13 @@ void MeshCache::make(const std::shared_ptr<Entry>& entry, const model::DualShape
 }
 
 void MeshCache::begin_round() {
+  references_.begin_round();
   const std::lock_guard lock(mutex_);
   ++round_;
 }
 
 void MeshCache::end_round() {
+  references_.end_round();
   const std::lock_guard lock(mutex_);
   std::size_t unused = 0;
   for (auto entry = entries_.begin(); entry != entries_.end();) {

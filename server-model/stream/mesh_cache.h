@@ -13,6 +13,7 @@
 #include "proto/scene.pb.h"
 #include "server-model/geometry/tessellate.h"
 #include "server-model/model/dual_shape.h"
+#include "server-model/stream/reference_cache.h"
 
 namespace handloft::stream {
 
@@ -53,6 +54,9 @@ class MeshCache {
 
   MeshCacheStatistics statistics() const;
 
+  /// Kept in the same rounds, by the same workers.
+  ReferenceCache& references() { return references_; }
+
  private:
   struct Entry {
     std::shared_ptr<const model::FittedSurface> fit;
@@ -67,6 +71,7 @@ class MeshCache {
   Run run_;
   std::function<void()> ready_;
   MeshCacheOptions options_;
+  ReferenceCache references_;
   mutable std::mutex mutex_;
   std::list<std::shared_ptr<Entry>> entries_;  ///< Most recently used first.
   std::uint64_t round_ = 0;

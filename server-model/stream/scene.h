@@ -18,8 +18,11 @@ struct SceneEntity {
   std::uint64_t revision = 0;
   bool provisional = false;
   bool selected = false;
-  /// Packed triangles of a dual shape's fit; null: not fitted, or not yet tessellated.
+  /// Packed triangles of a dual shape's fit or of a reference; null: not fitted, or not yet made.
   std::shared_ptr<const v1::Mesh> surface;
+  /// Of the surface's vertices to the nearest reference (EntityState.distances); null: no reference, or not
+  /// yet measured.
+  std::shared_ptr<const std::string> distances;
 
   bool operator==(const SceneEntity&) const = default;  ///< By identity of what is shared.
 };
@@ -30,6 +33,7 @@ struct Scene {
   std::int64_t capture_time_ns = 0;  ///< Of the newest tracking frame that shaped it; 0: none.
   std::map<std::string, SceneEntity> entities;
   v1::HistoryState history;
+  v1::AlternativesState alternatives;
 };
 using ScenePtr = std::shared_ptr<const Scene>;
 

@@ -18,15 +18,27 @@ ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selecte
   scene->sequence = model.sequence();
   scene->capture_time_ns = capture_time_ns;
   scene->history = history_state(model.history());
+  scene->alternatives.set_present(model.document().present_alternative());
+  for (const auto& each : *model.document().alternatives) scene->alternatives.add_names(each.name);
   meshes_.begin_round();
   const auto add = [&](const model::Document& document) {
+    ReferenceCache::Meshes references;
+    for (const auto& [id, entity] : document.entities) {
+      if (const model::ReferencePtr reference = model::as_reference(entity))
+        references.push_back(reference->mesh);
+    }
     for (const auto& [id, entity] : document.entities) {
       SceneEntity& seen = scene->entities[id];
       seen.entity = entity;
       seen.revision = model.revision(id);
       seen.provisional = model.is_provisional(id);
       seen.selected = id == selected;
-      if (const model::DualPtr shape = model::as_dual(entity)) seen.surface = meshes_.find(*shape);
+      if (const model::DualPtr shape = model::as_dual(entity)) {
+        seen.surface = meshes_.find(*shape);
+        seen.distances = meshes_.references().find_distances(seen.surface, references);
+      } else if (const model::ReferencePtr reference = model::as_reference(entity)) {
+        seen.surface = meshes_.references().find_mesh(reference->mesh);
+      }
     }
   };
   if (model.has_provisional()) {

@@ -7,6 +7,7 @@
 
 #include "common/codec/point_codec.h"
 #include "server-model/geometry/fuzzy_point.h"
+#include "server-model/model/reference_shape.h"
 #include "server-model/stream/curves.h"
 
 namespace handloft::stream {
@@ -49,6 +50,11 @@ v1::Representation to_proto(model::Representation representation) {
 bool same(const v1::HistoryState& a, const v1::HistoryState& b) {
   return a.undo_steps() == b.undo_steps() && a.redo_steps() == b.redo_steps() &&
          a.next_undo() == b.next_undo() && a.next_redo() == b.next_redo();
+}
+
+bool same(const v1::AlternativesState& a, const v1::AlternativesState& b) {
+  return a.present() == b.present() &&
+         std::equal(a.names().begin(), a.names().end(), b.names().begin(), b.names().end());
 }
 
 }  // namespace
@@ -99,7 +105,8 @@ void Viewer::reset() {
 }
 
 bool Viewer::is_current(const Held& held, const SceneEntity& entity) const {
-  const bool surface_current = !entity.surface || held.surface == entity.surface;
+  const bool surface_current =
+      !entity.surface || (held.surface == entity.surface && held.distances == entity.distances);
   const model::DualPtr shape = model::as_dual(entity.entity);
   const std::size_t points = shape ? shape->points.size() : 0;
   return surface_current && held.points == points && held.entity.entity == entity.entity &&
@@ -116,7 +123,21 @@ void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity
   state.set_provisional(entity.provisional);
   state.set_selected(entity.selected);
   if (const model::DualPtr shape = model::as_dual(entity.entity)) update_dual(held, *shape, entity, state);
+  if (model::as_reference(entity.entity)) {
+    state.set_representation(v1::REPRESENTATION_SURFACE);
+    state.set_surface_shown(true);
+    update_surface(held, entity, state);
+  }
   held.entity = entity;
+}
+
+void Viewer::update_surface(Held& held, const SceneEntity& entity, v1::EntityState& state) {
+  if (!entity.surface) return;
+  if (held.surface == entity.surface && held.distances == entity.distances) return;
+  *state.mutable_surface() = *entity.surface;
+  if (entity.distances) state.set_distances(*entity.distances);
+  held.surface = entity.surface;
+  held.distances = entity.distances;
 }
 
 void Viewer::update_dual(Held& held, const model::DualShape& shape, const SceneEntity& entity,
@@ -137,9 +158,9 @@ void Viewer::update_dual(Held& held, const model::DualShape& shape, const SceneE
   if (curves_differ(before.get(), shape)) write_curves(shape, state);
   if (!shape.fitted()) {
     held.surface = nullptr;
-  } else if (entity.surface && held.surface != entity.surface) {
-    *state.mutable_surface() = *entity.surface;
-    held.surface = entity.surface;
+    held.distances = nullptr;
+  } else {
+    update_surface(held, entity, state);
   }
 }
 
@@ -155,7 +176,7 @@ std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
       update(held, id, entity, state);
       bytes += entity_overhead_bytes + state.points().positions().size() + state.points().styles().size() +
                state.surface().positions().size() + state.surface().normals().size() +
-               state.surface().opacity().size() + state.surface().indices().size();
+               state.surface().opacity().size() + state.surface().indices().size() + state.distances().size();
       for (const v1::Polyline& curve : state.curves()) bytes += curve.points().size();
     }
   };
@@ -165,6 +186,7 @@ std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
     snapshot.set_epoch(scene.epoch);
     snapshot.set_sequence(scene.sequence);
     *snapshot.mutable_history() = scene.history;
+    *snapshot.mutable_alternatives() = scene.alternatives;
     add_changed(*snapshot.mutable_entities());
   } else {
     v1::SceneDelta& delta = *envelope.mutable_delta();
@@ -172,6 +194,8 @@ std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
     delta.set_sequence(scene.sequence);
     delta.set_capture_time_ns(scene.capture_time_ns);
     *delta.mutable_history() = scene.history;
+    const bool alternatives_current = same(alternatives_, scene.alternatives);
+    if (!alternatives_current) *delta.mutable_alternatives() = scene.alternatives;
     for (auto held = held_.begin(); held != held_.end();) {
       const bool gone = !scene.entities.contains(held->first);
       if (gone) delta.add_removed(held->first);
@@ -179,13 +203,14 @@ std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
     }
     add_changed(*delta.mutable_changed());
     if (delta.changed().empty() && delta.removed().empty() && sequence_ == scene.sequence &&
-        same(history_, scene.history)) {
+        same(history_, scene.history) && alternatives_current) {
       return std::nullopt;
     }
   }
   begun_ = true;
   sequence_ = scene.sequence;
   history_ = scene.history;
+  alternatives_ = scene.alternatives;
   return envelope;
 }
 

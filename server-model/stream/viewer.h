@@ -45,16 +45,21 @@ class Viewer {
     SceneEntity entity;
     std::size_t points = 0;  ///< Of a dual shape's, from the first: large clouds go in pieces.
     std::shared_ptr<const v1::Mesh> surface;
+    std::shared_ptr<const std::string> distances;
   };
   bool is_current(const Held& held, const SceneEntity& entity) const;
   void update(Held& held, const std::string& id, const SceneEntity& entity, v1::EntityState& state) const;
   void update_dual(Held& held, const model::DualShape& shape, const SceneEntity& entity,
                    v1::EntityState& state) const;
 
+  /// The surface with its distances, when either is not what the viewer has.
+  static void update_surface(Held& held, const SceneEntity& entity, v1::EntityState& state);
+
   ViewerLimits limits_;
   bool begun_ = false;
   std::uint64_t sequence_ = 0;
   v1::HistoryState history_;
+  v1::AlternativesState alternatives_;
   std::map<std::string, Held> held_;
 };
 

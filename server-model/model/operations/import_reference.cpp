@@ -22,10 +22,10 @@ Result<std::shared_ptr<const ReferenceMesh>> read_mesh(const handloft::v1::Trian
                                   from.positions_size(), from.indices_size()),
                       field);
   }
-  if (vertices > limits.max_reference_vertices || triangles > limits.max_reference_vertices) {
+  if (vertices > limits.max_reference_vertices || triangles > limits.max_reference_triangles) {
     return make_error(ErrorCode::resource_exhausted,
-                      fmt::format("found {} vertices and {} triangles, expected at most {} of each", vertices,
-                                  triangles, limits.max_reference_vertices),
+                      fmt::format("found {} vertices and {} triangles, expected at most {} and {}", vertices,
+                                  triangles, limits.max_reference_vertices, limits.max_reference_triangles),
                       field);
   }
   auto mesh = std::make_shared<ReferenceMesh>();

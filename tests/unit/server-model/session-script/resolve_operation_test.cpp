@@ -120,5 +120,46 @@ TEST(ResolveOperation, NamesTheBoundsOfTheScale) {
   EXPECT_EQ(resolve_operation(operation, {}).error().field, "import_strokes.scale");
 }
 
+// A28: read once, in the world from then on, and the same wherever it is replayed.
+TEST(ResolveOperation, A28_ReferenceStandsInTheOperation) {
+  const test::TemporaryDirectory folder;
+  std::ofstream(folder.path() / "wedge.obj") << "v 0 0 0\nv 1000 0 0\nv 0 0 -1000\nf 1 2 3\n";
+  v1::Operation operation;
+  v1::ImportReference& request = *operation.mutable_import_reference();
+  request.set_path("wedge.obj");
+  request.set_scale(0.001);
+  request.set_y_up(true);
+  request.mutable_translation()->set_z(0.5);
+  FileAccess files;
+  files.read_folder = folder.path();
+  files.scope = FileAccess::Scope::within_folders;
+  const auto resolved = resolve_operation(operation, files);
+  ASSERT_TRUE(resolved.ok()) << resolved.error().describe();
+  const v1::ImportReference& reference = resolved->import_reference();
+  EXPECT_EQ(reference.path(), "");
+  EXPECT_EQ(reference.name(), "wedge");
+  EXPECT_EQ(reference.scale(), 0.0);
+  EXPECT_FALSE(reference.y_up());
+  EXPECT_FALSE(reference.has_translation());
+  ASSERT_EQ(reference.resolved().positions_size(), 9);
+  const std::vector<float> expected{0, 0, 0.5F, 1, 0, 0.5F, 0, 1, 0.5F};  // -z of the file is our +y.
+  for (int i = 0; i < 9; ++i)
+    EXPECT_FLOAT_EQ(reference.resolved().positions(i), expected[static_cast<std::size_t>(i)]);
+  Model model;
+  ASSERT_TRUE(model.submit(*resolved).ok());
+  EXPECT_TRUE(model.document().find("reference-1"));
+
+  request.set_path("../wedge.obj");
+  EXPECT_EQ(resolve_operation(operation, files).error().code, ErrorCode::permission_denied);
+  request.set_path("none.obj");
+  EXPECT_EQ(resolve_operation(operation, files).error().describe(),
+            "not_found: import_reference.path: none.obj: there is no such file");
+  request.set_path("");
+  EXPECT_EQ(resolve_operation(operation, files).error().field, "import_reference.path");
+  request.set_path("wedge.obj");
+  request.set_scale(-1);
+  EXPECT_EQ(resolve_operation(operation, files).error().field, "import_reference.scale");
+}
+
 }  // namespace
 }  // namespace handloft::model
