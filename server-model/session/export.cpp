@@ -9,6 +9,7 @@
 #include <set>
 
 #include "server-model/exchange/gltf_writer.h"
+#include "server-model/exchange/iges_writer.h"
 #include "server-model/exchange/obj_writer.h"
 #include "server-model/exchange/step_writer.h"
 #include "server-model/geometry/planar_faces.h"
@@ -27,6 +28,7 @@ Result<v1::Export::Format> format_of(const v1::Export& request) {
     case v1::Export::STEP:
     case v1::Export::GLB:
     case v1::Export::OBJ:
+    case v1::Export::IGES:
       return request.format();
     case v1::Export::FORMAT_BY_EXTENSION:
       break;
@@ -37,11 +39,13 @@ Result<v1::Export::Format> format_of(const v1::Export& request) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension == ".step" || extension == ".stp") return v1::Export::STEP;
+  if (extension == ".iges" || extension == ".igs") return v1::Export::IGES;
   if (extension == ".glb") return v1::Export::GLB;
   if (extension == ".obj") return v1::Export::OBJ;
-  return make_error(ErrorCode::unsupported,
-                    fmt::format("found the extension \"{}\", expected .step, .stp, .glb or .obj", extension),
-                    "export.path");
+  return make_error(
+      ErrorCode::unsupported,
+      fmt::format("found the extension \"{}\", expected .step, .stp, .iges, .igs, .glb or .obj", extension),
+      "export.path");
 }
 
 Result<std::vector<DualPtr>> chosen(const Document& document, const v1::Export& request) {
@@ -169,7 +173,7 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
       exported.notes.push_back(
           fmt::format("\"{}\": exported as it was last fitted; its points have changed since", entity->id));
     }
-    if (*format != v1::Export::STEP) {
+    if (*format != v1::Export::STEP && *format != v1::Export::IGES) {
       auto mesh = mesh_of(*entity, trim);
       if (!mesh) return of_shape(entity->id, mesh.error());
       meshes.push_back(std::move(*mesh));
@@ -191,6 +195,9 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
   switch (*format) {
     case v1::Export::STEP:
       written = exchange::write_step(*path, surfaces);
+      break;
+    case v1::Export::IGES:
+      written = exchange::write_iges(*path, surfaces);
       break;
     case v1::Export::GLB:
       written = exchange::write_glb(*path, meshes, clouds);
