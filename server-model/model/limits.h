@@ -18,7 +18,8 @@ struct Limits {
   std::uint32_t max_strokes_per_shape = 1'000'000;
   std::size_t max_points_per_query = 2'000'000;
   std::size_t max_alternatives = 64;               ///< Of a document (A28).
-  std::size_t max_reference_vertices = 1'000'000;  ///< Of one imported mesh; so are its triangles.
+  std::size_t max_reference_vertices = 300'000;    ///< Of one mesh, so that it goes to a viewer in one message.
+  std::size_t max_reference_triangles = 600'000;
   double max_coordinate_m = 1e4;            ///< 10 km: beyond any workspace; keeps squares far from overflow.
   double min_superellipse_exponent = 0.2;   ///< A22
   double max_superellipse_exponent = 20.0;  ///< A22
