@@ -2,80 +2,46 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <iterator>
-#include <span>
 #include <utility>
+
+#include "server-model/interaction/boundary_gesture.h"
+#include "server-model/interaction/exponent_gesture.h"
+#include "server-model/interaction/profile_gesture.h"
+#include "server-model/interaction/push_gesture.h"
+#include "server-model/interaction/stroke_gesture.h"
+#include "server-model/interaction/transform_gesture.h"
 
 namespace handloft::interaction {
 namespace {
 
-void set_vec3(v1::Vec3& to, const Eigen::Vector3d& from) {
-  to.set_x(from.x());
-  to.set_y(from.y());
-  to.set_z(from.z());
+/// What a viewer reads when something was refused.
+std::string refusal(std::string_view what, std::string_view why) {
+  return why.empty() ? fmt::format("{}: refused", what) : fmt::format("{}: refused: {}", what, why);
 }
-
-model::SymmetryMode shape_mode(StrokeSymmetry symmetry) {
-  switch (symmetry) {
-    case StrokeSymmetry::same_shape:
-      return model::SymmetryMode::same_shape;
-    case StrokeSymmetry::partner:
-      return model::SymmetryMode::partner;
-    case StrokeSymmetry::off:
-      break;
-  }
-  return model::SymmetryMode::off;
-}
-
-v1::SetSymmetry symmetry_message(StrokeSymmetry symmetry, const model::MirrorPlane& plane) {
-  v1::SetSymmetry message;
-  switch (symmetry) {
-    case StrokeSymmetry::off:
-      message.set_mode(v1::SetSymmetry::OFF);
-      return message;
-    case StrokeSymmetry::same_shape:
-      message.set_mode(v1::SetSymmetry::SAME_SHAPE);
-      break;
-    case StrokeSymmetry::partner:
-      message.set_mode(v1::SetSymmetry::PARTNER);
-      break;
-  }
-  set_vec3(*message.mutable_plane()->mutable_origin(), plane.origin);
-  set_vec3(*message.mutable_plane()->mutable_normal(), plane.normal);
-  return message;
-}
-
-std::string symmetry_words(StrokeSymmetry symmetry) {
-  switch (symmetry) {
-    case StrokeSymmetry::same_shape:
-      return "symmetry: one shape";
-    case StrokeSymmetry::partner:
-      return "symmetry: partner shape";
-    case StrokeSymmetry::off:
-      break;
-  }
-  return "symmetry off";
-}
-
-/// What a viewer reads when a command was refused.
-constexpr const char* refused_tool = "refused";
 
 }  // namespace
 
 Interaction::Interaction(model::Model& model, InteractionOptions options)
-    : model_(model), options_(std::move(options)) {
-  for (std::size_t i = 0; i < max_hands; ++i) {
-    hands_.emplace_back(options_.centre);
-  }
-}
-
-std::string Interaction::active_shape() const {
-  return model_.document().find(active_) ? active_ : std::string();
+    : workbench_(model, options), palette_(workbench_) {
+  for (std::size_t i = 0; i < max_hands; ++i) hands_.emplace_back(workbench_.options);
 }
 
 void Interaction::select(std::string entity) {
-  active_ = std::move(entity);
+  if (entity.empty()) workbench_.active.clear();
+  workbench_.selected = std::move(entity);
+}
+
+std::vector<std::string> Interaction::targets() const {
+  std::vector<std::string> targets;
+  for (const Hand& hand : hands_) {
+    if (!hand.target.empty()) targets.push_back(hand.target);
+  }
+  std::sort(targets.begin(), targets.end());
+  targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
+  return targets;
 }
 
 HandActivity Interaction::activity(std::size_t hand) const {
@@ -93,7 +59,7 @@ FrameOutcome Interaction::on_frame(const v1::TrackingFrame& frame) {
     std::array<std::optional<HandSample>, max_hands> samples;
     bool good = true;
     for (std::size_t i = 0; i < max_hands && good; ++i) {
-      auto sample = read_hand(frame, static_cast<int>(i), options_.limits);
+      auto sample = read_hand(frame, static_cast<int>(i), workbench_.options.limits);
       if (sample) {
         samples[i] = *sample;
       } else {
@@ -120,11 +86,57 @@ FrameOutcome Interaction::on_frame(const v1::TrackingFrame& frame) {
 FrameOutcome Interaction::finish() {
   FrameOutcome outcome;
   for (Hand& hand : hands_) {
-    if (hand.stroke) commit_stroke(hand, outcome);
-    hand = Hand(options_.centre);
+    commit(hand, outcome);
+    outcome.scene_changed |= !hand.target.empty();
+    hand = Hand(workbench_.options);
   }
   last_frame_.reset();  // what comes next may be another recording
   return outcome;
+}
+
+Interaction::Doing Interaction::wanted(const Hand& hand, const HandSample& sample) const {
+  const bool move = workbench_.modes.tool == HandTool::move;
+  // A gesture goes on as it began, also when the other hand switches the mode meanwhile.
+  const auto stays = [&](Doing one, Doing other, Doing otherwise) {
+    return hand.gesture && (hand.doing == one || hand.doing == other) ? hand.doing : otherwise;
+  };
+  switch (sample.gesture) {
+    case v1::GESTURE_OPEN:
+      return sample.pressing ? Doing::stroke : Doing::nothing;
+    case v1::GESTURE_CLOSED:
+      return stays(Doing::push, Doing::hold_by_fist, move ? Doing::hold_by_fist : Doing::push);
+    case v1::GESTURE_POINTING: {
+      if (hand.gesture && hand.doing == Doing::hold_by_fingertip) return hand.doing;
+      const Doing drawn = workbench_.modes.trim == TrimMode::profile ? Doing::profile : Doing::boundary;
+      return stays(Doing::profile, Doing::boundary, move ? Doing::hold_by_fingertip : drawn);
+    }
+    case v1::GESTURE_ON_TABLE:
+      return hand.gesture && hand.doing == Doing::exponent ? Doing::exponent : Doing::nothing;
+    default:
+      return Doing::nothing;
+  }
+}
+
+std::unique_ptr<Gesture> Interaction::begin(Doing doing) {
+  switch (doing) {
+    case Doing::stroke:
+      return std::make_unique<StrokeGesture>(workbench_);
+    case Doing::push:
+      return std::make_unique<PushGesture>(workbench_);
+    case Doing::profile:
+      return std::make_unique<ProfileGesture>(workbench_);
+    case Doing::boundary:
+      return std::make_unique<BoundaryGesture>(workbench_);
+    case Doing::hold_by_fist:
+      return std::make_unique<TransformGesture>(workbench_, TransformGesture::Grip::fist);
+    case Doing::hold_by_fingertip:
+      return std::make_unique<TransformGesture>(workbench_, TransformGesture::Grip::fingertip);
+    case Doing::exponent:
+      return std::make_unique<ExponentGesture>(workbench_);
+    case Doing::nothing:
+      break;
+  }
+  return nullptr;
 }
 
 void Interaction::on_hand(Hand& hand, const std::optional<HandSample>& sample, TimePoint now,
@@ -133,244 +145,165 @@ void Interaction::on_hand(Hand& hand, const std::optional<HandSample>& sample, T
     on_gap(hand, Gap::hand_lost, now, outcome);
     return;
   }
-  const std::optional<Eigen::Vector3d> centre = hand.centre.update(*sample);
-  if (sample->gesture == v1::GESTURE_UNKNOWN) {
-    on_gap(hand, centre ? Gap::gesture_unknown : Gap::hand_lost, now, outcome);
-    return;
-  }
+  HandFrame frame{*sample, hand.centre.update(*sample), hand.fist.update(*sample)};
+  if (!frame.fist_centre) frame.fist_centre = hand.centre.rough(*sample);
   if (sample->gesture != v1::GESTURE_ON_TABLE) hand.touch_spent = false;
-  if (sample->gesture == v1::GESTURE_OPEN && sample->pressing) {
-    if (!centre) {
-      on_gap(hand, Gap::hand_lost, now, outcome);
-      return;
+  if (sample->gesture == v1::GESTURE_UNKNOWN) {
+    on_gap(hand, frame.centre ? Gap::gesture_unknown : Gap::hand_lost, now, outcome);
+    return;
+  }
+  const Doing next = wanted(hand, *sample);
+  if (hand.gesture && hand.doing != next) {
+    // The glove says that the gesture is over, whether or not a camera sees the fingers.
+    commit(hand, outcome);
+  }
+  if (hand.refused != next) hand.refused = Doing::nothing;
+  if (next != Doing::nothing && hand.refused == Doing::nothing) {
+    if (!hand.gesture) {
+      hand.gesture = begin(next);
+      hand.doing = next;
     }
+    show_to(hand, frame, now, outcome);
+  } else {
     hand.unusable_since.reset();
-    if (!hand.refused) lay_point(hand, *centre, *sample, outcome);
-    return;
+    if (sample->gesture == v1::GESTURE_ON_TABLE) {
+      on_table(hand, frame, outcome);
+    } else if (next == Doing::nothing) {
+      be_silent(hand, now);
+    }
   }
+  aim(hand, frame, outcome);
+}
 
-  // The glove says that the gesture is over, whether or not a camera sees the fingers.
-  hand.unusable_since.reset();
-  hand.refused = false;
-  if (hand.stroke) commit_stroke(hand, outcome);
-  if (sample->gesture != v1::GESTURE_ON_TABLE) {
-    hand.activity = {};
+void Interaction::show_to(Hand& hand, const HandFrame& frame, TimePoint now, FrameOutcome& outcome) {
+  const auto preview = hand.gesture->on_frame(frame);
+  if (!preview) {
+    refuse(hand, preview.error(), outcome);
     return;
   }
-  if (hand.touch_spent) return;
-  const std::optional<Eigen::Vector3d> over = centre ? centre : hand.centre.rough(*sample);
-  if (!over) return;
-  if (const auto command = palette_command_at(over->x(), over->y())) {
-    hand.touch_spent = true;
-    run_command(hand, *command, outcome);
+  if (*preview == Preview::unseen) {
+    on_gap(hand, Gap::hand_lost, now, outcome);
+    return;
   }
+  hand.unusable_since.reset();
+  outcome.scene_changed |= *preview == Preview::changed;
+  if (hand.doing == Doing::stroke) ++statistics_.points_laid;
+  hand.told_until.reset();
+  hand.activity = hand.gesture->activity();
+}
+
+void Interaction::on_table(Hand& hand, const HandFrame& frame, FrameOutcome& outcome) {
+  if (hand.touch_spent) return;
+  const auto over = frame.centre ? frame.centre : hand.centre.rough(frame.sample);
+  if (!over) return;
+  const auto command = palette_command_at(over->x(), over->y());
+  if (!command) return;
+  hand.touch_spent = true;
+  ++statistics_.commands;
+  if (*command == PaletteCommand::exponent) {
+    hand.gesture = begin(Doing::exponent);
+    hand.doing = Doing::exponent;
+    show_to(hand, frame, frame.sample.capture_time, outcome);
+    return;
+  }
+  const CommandAnswer answer = palette_.run(*command, outcome);
+  if (!answer.refusal.empty()) ++statistics_.refused;
+  hand.activity = {
+      answer.refusal.empty() ? answer.words : refusal(answer.words, answer.refusal), active_shape(), {}, {}};
 }
 
 void Interaction::on_gap(Hand& hand, Gap gap, TimePoint now, FrameOutcome& outcome) {
   if (!hand.unusable_since) hand.unusable_since = now;
-  if (now - *hand.unusable_since <= options_.grace) return;
-  hand.refused = false;
-  if (!hand.stroke) {
-    hand.activity = {};
+  if (now - *hand.unusable_since <= workbench_.options.grace) return;
+  hand.refused = Doing::nothing;
+  hand.last_place.reset();
+  if (!std::exchange(hand.target, {}).empty()) outcome.scene_changed = true;
+  if (!hand.gesture || !hand.gesture->begun()) {
+    hand.gesture.reset();
+    be_silent(hand, now);
   } else if (gap == Gap::hand_lost) {
-    cancel_stroke(hand, "the hand was lost", outcome);
-    hand.activity = {"hand lost", {}};
+    cancel(hand, "the hand was lost", outcome);
+    tell(hand, "hand lost", {}, now);
   } else {
-    commit_stroke(hand, outcome);
-    hand.activity = {};
+    commit(hand, outcome);
   }
 }
 
-void Interaction::lay_point(Hand& hand, const Eigen::Vector3d& position, const HandSample& sample,
-                            FrameOutcome& outcome) {
-  v1::Point point;
-  set_vec3(*point.mutable_position(), position);
-  point.set_pressure(sample.pressure);
-  point.set_time_ns(to_ns(sample.capture_time));
-
-  if (!hand.stroke) {
-    v1::Operation operation = new_stroke();
-    *operation.mutable_add_points()->add_points() = point;
-    if (!begin_stroke(hand, std::move(operation), outcome)) return;
-  } else {
-    *hand.stroke->operation.mutable_add_points()->add_points() = point;
-    if (!model_.append_provisional(hand.stroke->id, std::span(&point, 1))) {
-      // Somebody else changed the base so that the stroke could not go on as it was: once more with all of
-      // its points.
-      model_.cancel_provisional(hand.stroke->id);
-      v1::Operation operation = std::move(hand.stroke->operation);
-      hand.stroke.reset();
-      if (!begin_stroke(hand, std::move(operation), outcome)) {
-        ++statistics_.strokes_cancelled;
-        outcome.scene_changed = true;
-        return;
-      }
-    }
-  }
-  ++statistics_.points_laid;
+void Interaction::commit(Hand& hand, FrameOutcome& outcome) {
+  if (!hand.gesture) return;
+  const std::unique_ptr<Gesture> gesture = std::move(hand.gesture);
+  hand.activity = {};
+  if (!gesture->begun()) return;
   outcome.scene_changed = true;
-  hand.activity = {"laying points", hand.stroke->entity};
-}
-
-v1::Operation Interaction::new_stroke() const {
-  v1::Operation operation;
-  v1::AddPoints& add = *operation.mutable_add_points();
-  add.set_min_spacing_m(options_.min_spacing_m);
-  add.set_entity(active_shape());
-  const model::DualPtr shape = model_.document().find_dual(add.entity());
-  if (!shape) {
-    add.mutable_create()->set_degree(options_.new_degree);
-    if (symmetry_ != StrokeSymmetry::off)
-      *add.mutable_symmetry() = symmetry_message(symmetry_, options_.symmetry_plane);
-    return operation;
-  }
-  const bool same_plane = shape->plane.origin == options_.symmetry_plane.origin &&
-                          shape->plane.normal == options_.symmetry_plane.normal;
-  if (shape->symmetry != shape_mode(symmetry_) || (symmetry_ != StrokeSymmetry::off && !same_plane)) {
-    *add.mutable_symmetry() = symmetry_message(symmetry_, options_.symmetry_plane);
-  }
-  return operation;
-}
-
-std::string Interaction::next_shape_id() const {
-  // Also not one that another hand's stroke in the air is about to make.
-  const auto taken = [&](const std::string& id) {
-    if (model_.document().used_ids->contains(id)) return true;
-    for (const Hand& hand : hands_) {
-      if (hand.stroke && hand.stroke->entity == id) return true;
-    }
-    return false;
-  };
-  std::uint64_t number = model_.document().next_shape;
-  std::string id;
-  do {
-    id = fmt::format("shape-{}", number++);
-  } while (taken(id));  // used ids are bounded, so this ends
-  return id;
-}
-
-bool Interaction::begin_stroke(Hand& hand, v1::Operation operation, FrameOutcome& outcome) {
-  v1::AddPoints& add = *operation.mutable_add_points();
-  if (add.has_create()) add.set_entity(next_shape_id());
-  auto id = model_.begin_provisional(operation);
-  if (!id) {
-    ++statistics_.refused;
-    hand.refused = true;  // until the next gesture: not a complaint for every frame
-    hand.activity = {refused_tool, add.entity()};
-    outcome.problems.push_back("stroke refused: " + id.error().describe());
-    return false;
-  }
-  std::string entity = add.entity();
-  hand.stroke = Stroke{*id, std::move(entity), std::move(operation)};
-  return true;
-}
-
-void Interaction::commit_stroke(Hand& hand, FrameOutcome& outcome) {
-  outcome.scene_changed = true;
-  if (!model_.provisional(hand.stroke->id)) {  // the base changed beneath it since its last point
-    v1::Operation operation = std::move(hand.stroke->operation);
-    hand.stroke.reset();
-    if (!begin_stroke(hand, std::move(operation), outcome)) {
-      ++statistics_.strokes_cancelled;
-      return;
-    }
-  }
-  auto submitted = model_.commit_provisional(hand.stroke->id);
-  if (submitted) {
-    ++statistics_.strokes_committed;
-    active_ = hand.stroke->entity;
-    outcome.submitted.push_back(std::move(*submitted));
-  } else {
-    ++statistics_.refused;
-    ++statistics_.strokes_cancelled;
-    outcome.problems.push_back("stroke refused: " + submitted.error().describe());
-  }
-  hand.stroke.reset();
-}
-
-void Interaction::cancel_stroke(Hand& hand, std::string_view why, FrameOutcome& outcome) {
-  model_.cancel_provisional(hand.stroke->id);
-  outcome.problems.push_back(fmt::format("stroke on \"{}\" cancelled: {}", hand.stroke->entity, why));
-  hand.stroke.reset();
-  ++statistics_.strokes_cancelled;
-  outcome.scene_changed = true;
-}
-
-bool Interaction::submit(const v1::Operation& operation, FrameOutcome& outcome) {
-  auto submitted = model_.submit(operation);
+  auto submitted = gesture->commit();
   if (!submitted) {
     ++statistics_.refused;
-    outcome.problems.push_back("command refused: " + submitted.error().describe());
-    return false;
+    ++statistics_.gestures_cancelled;
+    if (hand.doing == Doing::stroke) ++statistics_.strokes_cancelled;
+    outcome.problems.push_back(fmt::format("{} refused: {}", gesture->name(), submitted.error().describe()));
+    if (last_frame_)
+      tell(hand, refusal(gesture->name(), submitted.error().message), gesture->activity().entity,
+           *last_frame_);
+    return;
   }
+  if (!*submitted) return;
+  ++statistics_.gestures_committed;
+  if (hand.doing == Doing::stroke) ++statistics_.strokes_committed;
+  outcome.submitted.push_back(**std::move(submitted));
+}
+
+void Interaction::cancel(Hand& hand, std::string_view why, FrameOutcome& outcome) {
+  hand.gesture->cancel();
+  outcome.problems.push_back(
+      fmt::format("{} on \"{}\" cancelled: {}", hand.gesture->name(), hand.gesture->activity().entity, why));
+  hand.gesture.reset();
+  ++statistics_.gestures_cancelled;
+  if (hand.doing == Doing::stroke) ++statistics_.strokes_cancelled;
   outcome.scene_changed = true;
-  outcome.submitted.push_back(std::move(*submitted));
-  return true;
 }
 
-// One step to undo. A linked partner is fitted and shown along with its shape by the operation itself (A12).
-bool Interaction::submit_fit(FrameOutcome& outcome) {
-  v1::Operation fit;
-  fit.mutable_fit()->set_entity(active_shape());
-  fit.mutable_fit()->set_show(v1::REPRESENTATION_SURFACE);
-  return submit(fit, outcome);
-}
-
-bool Interaction::toggle_representation(FrameOutcome& outcome) {
-  const model::DualPtr shape = model_.document().find_dual(active_shape());
-  const bool points_only = !shape || shape->representation == model::Representation::points;
-  return show(points_only ? model::Representation::surface : model::Representation::points, outcome);
-}
-
-bool Interaction::show(model::Representation representation, FrameOutcome& outcome) {
-  const std::string entity = active_shape();
-  const model::DualPtr shape = model_.document().find_dual(entity);
-  if (shape && shape->representation == representation) return true;
-  v1::Operation operation;
-  operation.mutable_set_representation()->set_entity(entity);
-  operation.mutable_set_representation()->set_representation(representation == model::Representation::surface
-                                                                 ? v1::REPRESENTATION_SURFACE
-                                                                 : v1::REPRESENTATION_POINTS);
-  return submit(operation, outcome);
-}
-
-void Interaction::run_command(Hand& hand, PaletteCommand command, FrameOutcome& outcome) {
-  ++statistics_.commands;
-  v1::Operation operation;
-  std::string words;
-  bool done = true;
-  switch (command) {
-    case PaletteCommand::fit:
-      words = "fit";
-      done = submit_fit(outcome);
-      break;
-    case PaletteCommand::representation:
-      words = "points / surface";
-      done = toggle_representation(outcome);
-      break;
-    case PaletteCommand::new_shape:
-      words = "new shape";
-      active_.clear();
-      outcome.scene_changed = true;
-      break;
-    case PaletteCommand::symmetry:
-      symmetry_ = symmetry_ == StrokeSymmetry::off          ? StrokeSymmetry::same_shape
-                  : symmetry_ == StrokeSymmetry::same_shape ? StrokeSymmetry::partner
-                                                            : StrokeSymmetry::off;
-      words = symmetry_words(symmetry_);
-      break;
-    case PaletteCommand::undo:
-      words = "undo";
-      operation.mutable_undo();
-      done = submit(operation, outcome);
-      break;
-    case PaletteCommand::redo:
-      words = "redo";
-      operation.mutable_redo();
-      done = submit(operation, outcome);
-      break;
+// Until the hand does something else: not a complaint for every frame.
+void Interaction::refuse(Hand& hand, const Error& error, FrameOutcome& outcome) {
+  outcome.problems.push_back(fmt::format("{} refused: {}", hand.gesture->name(), error.describe()));
+  outcome.scene_changed |= hand.gesture->begun();
+  ++statistics_.refused;
+  if (hand.gesture->begun()) {
+    ++statistics_.gestures_cancelled;
+    if (hand.doing == Doing::stroke) ++statistics_.strokes_cancelled;
   }
-  hand.activity = {done ? words : words + ": " + refused_tool, active_shape()};
+  hand.activity = {refusal(hand.gesture->name(), error.message), hand.gesture->activity().entity, {}, {}};
+  hand.gesture->cancel();
+  hand.gesture.reset();
+  hand.refused = hand.doing;
+  hand.unusable_since.reset();
+}
+
+void Interaction::tell(Hand& hand, std::string words, std::string entity, TimePoint now) {
+  hand.activity = {std::move(words), std::move(entity), {}, {}};
+  hand.told_until = now + workbench_.options.tell_for;
+}
+
+void Interaction::be_silent(Hand& hand, TimePoint now) {
+  if (hand.told_until && now < *hand.told_until) return;
+  hand.told_until.reset();
+  hand.activity = {};
+}
+
+void Interaction::aim(Hand& hand, const HandFrame& frame, FrameOutcome& outcome) {
+  std::string target;
+  const auto place = std::exchange(hand.last_place, frame.fist_centre);
+  if (hand.gesture) target = hand.gesture->activity().entity;
+  if (target.empty() && frame.fist_centre && frame.sample.gesture != v1::GESTURE_ON_TABLE) {
+    target = workbench_.selected_shape();
+    if (target.empty()) {
+      auto near = workbench_.targets.nearest(workbench_.model.document(), place.value_or(*frame.fist_centre),
+                                             *frame.fist_centre);
+      if (near) target = std::move(near->entity);
+    }
+  }
+  if (target == hand.target) return;
+  hand.target = std::move(target);
+  outcome.scene_changed = true;
 }
 
 }  // namespace handloft::interaction

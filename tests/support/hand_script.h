@@ -46,7 +46,19 @@ class HandScript {
   v1::TrackingFrame resting(const Eigen::Vector3d& centre = {0.0, 0.0, 0.1}) {
     return hand(centre, v1::GESTURE_OPEN);
   }
+  v1::TrackingFrame closed(const Eigen::Vector3d& centre, double pressure = 0.5, double potentiometer = 0.5) {
+    return with_potentiometer(hand(centre, v1::GESTURE_CLOSED, pressure > 0, pressure), potentiometer);
+  }
+  /// With the tip of the index finger at `tip`.
+  v1::TrackingFrame pointing(const Eigen::Vector3d& tip, bool pressing = true) {
+    const Eigen::Vector3d offset = fingertips(Eigen::Vector3d::Zero())[1];
+    return hand(tip - offset, v1::GESTURE_POINTING, pressing, pressing ? 0.5 : 0.0);
+  }
   v1::TrackingFrame touching(double x, double y) { return hand({x, y, 0.0}, v1::GESTURE_ON_TABLE); }
+  static v1::TrackingFrame with_potentiometer(v1::TrackingFrame frame, double potentiometer) {
+    frame.mutable_hands(0)->set_potentiometer(potentiometer);
+    return frame;
+  }
   /// Nothing seen: a frame without a hand.
   v1::TrackingFrame empty() {
     v1::TrackingFrame frame;
@@ -59,6 +71,22 @@ class HandScript {
   std::uint64_t sequence_ = 0;
   std::int64_t time_ns_ = 1'000'000'000;
 };
+
+/// `frame` with the hand of `other` as its second one.
+inline v1::TrackingFrame with_second_hand(v1::TrackingFrame frame, const v1::TrackingFrame& other) {
+  *frame.add_hands() = other.hands(0);
+  return frame;
+}
+
+/// `frame` with its hand turned about its centre.
+inline v1::TrackingFrame turned(v1::TrackingFrame frame, const Eigen::Matrix3d& rotation) {
+  v1::HandState& hand = *frame.mutable_hands(0);
+  const int count = hand.fingertip_positions_size() / 3;
+  Eigen::Map<Eigen::Matrix3Xd> tips(hand.mutable_fingertip_positions()->mutable_data(), 3, count);
+  const Eigen::Vector3d centre = tips.rowwise().mean();
+  tips = ((rotation * (tips.colwise() - centre)).colwise() + centre).eval();
+  return frame;
+}
 
 /// Takes a fingertip out of sight.
 inline v1::TrackingFrame without_finger(v1::TrackingFrame frame, int finger) {

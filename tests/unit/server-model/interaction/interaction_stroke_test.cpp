@@ -72,7 +72,8 @@ TEST_F(InteractionTest, a_change_of_gesture_ends_the_stroke) {
   lay(4);
   send(script_.hand({0, 0, 0.1}, v1::GESTURE_CLOSED, true, 0.5));
   EXPECT_EQ(shape("shape-1").points.size(), 4U);
-  EXPECT_FALSE(model_.has_provisional());
+  EXPECT_EQ(model_.history().undo_steps(), 1U);
+  EXPECT_EQ(interaction_.activity(0).tool, "pushing") << "and begins what the closed hand does";
 }
 
 TEST_F(InteractionTest, a_short_dropout_costs_no_points_but_its_own) {

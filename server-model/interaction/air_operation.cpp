@@ -1,0 +1,47 @@
+#include "server-model/interaction/air_operation.h"
+
+#include <utility>
+
+namespace handloft::interaction {
+
+Status AirOperation::begin() {
+  cancel();
+  auto id = model_.begin_provisional(operation_);
+  if (!id) return id.error();
+  id_ = *id;
+  return {};
+}
+
+Status AirOperation::set(v1::Operation operation) {
+  operation_ = std::move(operation);
+  if (!live()) return begin();
+  auto status = model_.update_provisional(id_, operation_);
+  if (!status) cancel();
+  return status;
+}
+
+Status AirOperation::append_points(std::span<const v1::Point> points) {
+  for (const v1::Point& point : points) *operation_.mutable_add_points()->add_points() = point;
+  if (live() && model_.append_provisional(id_, points)) return {};
+  return begin();
+}
+
+Status AirOperation::push_on(const v1::DiskPose& pose, double range) {
+  *operation_.mutable_push_points()->add_path() = pose;
+  operation_.mutable_push_points()->set_range(range);
+  if (live() && model_.append_disk(id_, std::span(&pose, 1), range)) return {};
+  return begin();
+}
+
+Result<model::Submitted> AirOperation::commit() {
+  if (!live()) {
+    if (auto status = begin(); !status) return status.error();
+  }
+  return model_.commit_provisional(std::exchange(id_, 0));
+}
+
+void AirOperation::cancel() {
+  if (id_ != 0) model_.cancel_provisional(std::exchange(id_, 0));
+}
+
+}  // namespace handloft::interaction

@@ -1,0 +1,56 @@
+#pragma once
+// What the gestures of all hands share: the model, the modes that the palette sets, and which shape is meant.
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "server-model/interaction/options.h"
+#include "server-model/interaction/target.h"
+#include "server-model/model/model.h"
+
+namespace handloft::interaction {
+
+/// Set from the palette, told to viewers.
+struct Modes {
+  StrokeSymmetry symmetry = StrokeSymmetry::off;
+  TrimMode trim = TrimMode::profile;
+  HandTool tool = HandTool::sculpt;
+  bool keep_curve = false;  ///< Profile strokes leave points behind (A20).
+  /// Of fits and new shapes from now on; nullopt: as each shape is. 0: chosen by the model.
+  std::optional<std::uint32_t> degree;
+};
+
+struct Workbench {
+  /// `model` must outlive it.
+  Workbench(model::Model& model_of, InteractionOptions given)
+      : model(model_of), options(given), targets(given.reach_m) {}
+
+  model::Model& model;
+  InteractionOptions options;
+  Modes modes;
+  TargetFinder targets;
+  std::string selected;  ///< Chosen from the palette or by a peer; empty: none.
+  std::string active;    ///< What a gesture acted on last; empty: the next stroke makes a new shape.
+  /// Ids of shapes that strokes in the air are about to make.
+  std::multiset<std::string> promised;
+
+  /// What strokes and the palette act on: the selected shape, else the one that a gesture acted on last;
+  /// empty when there is none, or it is gone (an undo takes it away, a redo brings it back).
+  std::string active_shape() const {
+    for (const std::string& id : {selected, active}) {
+      if (model.document().find(id)) return id;
+    }
+    return {};
+  }
+  /// The selected shape while it is there.
+  std::string selected_shape() const { return model.document().find(selected) ? selected : std::string(); }
+  /// Its surface follows its points while they change: it is fitted, and points and surface are both shown.
+  bool fits_live(const std::string& entity) const {
+    const model::DualPtr shape = model.document().find_dual(entity);
+    return shape && shape->fitted() && shape->representation == model::Representation::both;
+  }
+};
+
+}  // namespace handloft::interaction
