@@ -10,6 +10,7 @@
 #include "common/base/config.h"
 #include "common/net/endpoint.h"
 #include "server-model/session/local_target.h"
+#include "server-model/session/parallel.h"
 #include "server-model/session/remote_target.h"
 #include "server-model/session/script_runner.h"
 
@@ -60,7 +61,9 @@ class ConnectedTarget final : public ScriptTarget {
 
 Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect, const FileAccess& files,
                                                   const Clock& clock) {
-  if (connect.empty()) return std::unique_ptr<ScriptTarget>(std::make_unique<LocalTarget>(files));
+  if (connect.empty())
+    return std::unique_ptr<ScriptTarget>(
+        std::make_unique<LocalTarget>(files, Model({}, context_on_all_cores())));
   auto endpoint = net::parse_endpoint(connect);
   if (!endpoint) return endpoint.error();
   auto server = session::RemoteTarget::connect(*endpoint, clock);
@@ -75,12 +78,15 @@ Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect, co
 
 ExitStatus run_command(const std::vector<std::string>& arguments) {
   std::string script;
+  std::string input_dir = ".";
   std::string output_dir = ".";
   std::string connect;
   bool keep_going = false;
   OptionTable table("handloft-modeld run", description);
   table.add_positional("SCRIPT", script, "The script, or - for standard input",
                        OptionTable::Presence::required);
+  table.add("input_dir", input_dir, "Folder that relative paths of imports start from",
+            TextRule{.choices = {}, .value_name = "DIR"});
   table.add("output_dir", output_dir, "Folder that relative paths of exports start from; made when missing",
             TextRule{.choices = {}, .value_name = "DIR"});
   table.add("connect", connect, "Drive the server at this endpoint instead of a model of our own",
@@ -113,6 +119,7 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
   }
 
   FileAccess files;
+  files.read_folder = input_dir;
   files.write_folder = output_dir;
   const SystemClock clock;
   auto target = make_target(connect, files, clock);

@@ -13,6 +13,7 @@
 
 #include "common/base/result.h"
 #include "proto/operation.pb.h"
+#include "server-model/geometry/propagation.h"
 #include "server-model/model/dual_shape.h"
 #include "server-model/model/entity.h"
 #include "server-model/model/limits.h"
@@ -65,6 +66,8 @@ Changes difference(const Document& before, const Document& after);
 
 struct ApplyContext {
   Limits limits;
+  /// How loops over many points run; no result depends on it.
+  geometry::ParallelFor parallel = geometry::run_in_turn;
 };
 
 struct ApplyResult {

@@ -49,7 +49,8 @@ Status Provisional::append(std::span<const v1::Point> points) {
 
 Status Provisional::append_disk(std::span<const v1::DiskPose> poses, double range) {
   if (!operation_.has_push_points()) {
-    return make_error(ErrorCode::failed_precondition, "poses of the disk can only be appended to push_points");
+    return make_error(ErrorCode::failed_precondition,
+                      "poses of the disk can only be appended to push_points");
   }
   v1::PushPoints& request = *operation_.mutable_push_points();
   const std::size_t before = static_cast<std::size_t>(request.path_size());
@@ -82,7 +83,7 @@ Status Provisional::append_disk(std::span<const v1::DiskPose> poses, double rang
     for (const geometry::DiskPose& pose : read) {
       if (auto status = push_->move_disk(pose); !status) return status.error();
     }
-    return push_->result(base_, request, context_.limits, notes);
+    return push_->result(base_, request, context_, notes);
   }();
   if (!pushed) {
     push_.reset();  // It has seen the refused poses.
@@ -101,8 +102,8 @@ Status Provisional::update(v1::Operation operation) {
   if (!applied) return applied.error();
   operation_ = std::move(operation);
   applied_ = std::move(*applied);
-  push_.reset();
   live_.reset();
+  push_.reset();
   return {};
 }
 
@@ -111,8 +112,8 @@ Status Provisional::rebase(Document base) {
   if (!applied) return applied.error();
   base_ = std::move(base);
   applied_ = std::move(*applied);
-  push_.reset();
   live_.reset();
+  push_.reset();
   return {};
 }
 

@@ -9,8 +9,8 @@
 
 #include "common/base/result.h"
 #include "server-model/model/document.h"
-#include "server-model/model/push_gesture.h"
 #include "server-model/model/live_fit.h"
+#include "server-model/model/push_gesture.h"
 
 namespace handloft::model {
 

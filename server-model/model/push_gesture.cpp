@@ -165,8 +165,10 @@ void PushGesture::mirror(std::vector<std::vector<Vec3>>& displacements) const {
 }
 
 Result<PushGesture::Pushed> PushGesture::result(const Document& document,
-                                                const handloft::v1::PushPoints& request, const Limits& limits,
+                                                const handloft::v1::PushPoints& request,
+                                                const ApplyContext& context,
                                                 std::vector<std::string>& notes) const {
+  const Limits& limits = context.limits;
   const auto falloff = request.falloff() == handloft::v1::FALLOFF_SMOOTH ? geometry::Falloff::smooth
                                                                          : geometry::Falloff::literal;
   Pushed pushed{document, 0};
@@ -178,7 +180,7 @@ Result<PushGesture::Pushed> PushGesture::result(const Document& document,
   std::vector<std::vector<Vec3>> displacements;
   for (std::size_t i = 0; i < shapes_.size(); ++i) {
     displacements.push_back(
-        shapes_[i].solver.displacements(merged_contacts(i, own), request.range(), falloff));
+        shapes_[i].solver.displacements(merged_contacts(i, own), request.range(), falloff, context.parallel));
   }
   mirror(displacements);
 

@@ -44,7 +44,7 @@ class PushGesture {
   /// moved), and a fit with `refit`. Errors: invalid_argument for a point pushed out of the workspace; those
   /// of the fit.
   Result<Pushed> result(const Document& document, const handloft::v1::PushPoints& request,
-                        const Limits& limits, std::vector<std::string>& notes) const;
+                        const ApplyContext& context, std::vector<std::string>& notes) const;
 
  private:
   struct Shape {

@@ -1,6 +1,8 @@
 #pragma once
 // A script target in this process: a model of its own, with files.
 
+#include <utility>
+
 #include "server-model/model/model.h"
 #include "server-model/session/resolve_operation.h"
 #include "server-model/session/script_target.h"
@@ -18,6 +20,7 @@ class LocalTarget final : public ScriptTarget {
   Result<Outcome> submit(const handloft::v1::Operation& operation) override;
   Result<handloft::v1::QueryResult> query(const handloft::v1::Query& query) override;
   const Model& model() const { return model_; }
+  Model take_model() && { return std::move(model_); }
 
  private:
   Model model_;

@@ -17,6 +17,7 @@
 #include "common/net/message_client.h"
 #include "server-model/model/model.h"
 #include "server-model/session/local_target.h"
+#include "server-model/session/parallel.h"
 #include "server-model/session/report.h"
 #include "server-model/session/script_runner.h"
 #include "server-model/session/server.h"
@@ -51,8 +52,8 @@ Result<std::vector<net::Endpoint>> endpoints_of(const ServeOptions& options) {
 
 /// The model as the script leaves it; a failing line is an error that names it.
 Result<model::Model> scripted_model(const ServeOptions& options) {
-  model::LocalTarget target(options.files);
-  if (options.script.empty()) return model::Model();
+  model::LocalTarget target(options.files, model::Model({}, model::context_on_all_cores()));
+  if (options.script.empty()) return std::move(target).take_model();
   std::ifstream file(options.script, std::ios::binary);
   if (!file) return make_error(ErrorCode::io, "cannot open \"" + options.script + "\"", "script");
   std::ostringstream answers;  // standard output is for the line that says "ready"
@@ -63,7 +64,7 @@ Result<model::Model> scripted_model(const ServeOptions& options) {
         options.script + ":" + std::to_string(summary.first_failed_line) + ": " + summary.first_failure,
         "script");
   }
-  return target.model();
+  return std::move(target).take_model();
 }
 
 std::string ready_line(const std::vector<net::Endpoint>& endpoints) {
@@ -89,6 +90,8 @@ class Session {
     server_options.net.program = program_version("handloft-modeld");
     server_options.files = options_.files;
     server_options.actor.interaction = options_.interaction;
+    server_options.actor.export_folder = options_.files.write_folder;
+    if (!options_.export_folder.empty()) server_options.actor.export_folder = options_.export_folder;
     server_options.actor.epoch = static_cast<std::uint64_t>(to_ns(clock_.now()));
     auto server = Server::start(context_.get_executor(), endpoints, std::move(model),
                                 std::move(server_options), clock_, log_, [this] { on_end_of_recording(); });

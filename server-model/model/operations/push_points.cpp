@@ -37,7 +37,7 @@ Result<Outcome> push_points(const Document& document, const handloft::v1::PushPo
     if (auto status = gesture->move_disk(*pose); !status) return in_request(status.error());
   }
   Outcome outcome;
-  auto pushed = gesture->result(document, request, context.limits, outcome.notes);
+  auto pushed = gesture->result(document, request, context, outcome.notes);
   if (!pushed) return in_request(pushed.error());
   outcome.document = std::move(pushed->document);
   *outcome.effective.mutable_push_points() = request;
