@@ -8,10 +8,15 @@ OptionTable make_option_table(DaemonOptions& options) {
   table.add("listen", options.listen, "Where subscribers connect; default: this user's runtime folder",
             {.value_name = "ENDPOINT"});
   table.add("simulate", options.simulate,
-            "A simulated rig: a hand that designs a mouse shell, or follows strokes",
-            {.choices = {"mouse", "strokes"}});
+            "A simulated rig: a hand that designs a mouse shell, does all that hands can do, follows strokes "
+            "or a recorded hand",
+            {.choices = {"mouse", "tour", "strokes", "motion"}});
   table.add("strokes", options.strokes, "The strokes that the simulated hand follows",
             {.value_name = "FILE.tilt"});
+  table.add("motion", options.motion, "The recorded fingertips that the simulated hand follows",
+            {.value_name = "FILE.tsv"});
+  table.add("motion_s", options.motion_s, "No more of the motion than so many seconds",
+            {.min = 1, .max = 3600});
   table.add("replay", options.replay, "Play a recording through the same code", {.value_name = "FILE"});
   table.add("record", options.record, "Record all that the devices say", {.value_name = "FILE"});
   table.add("report", options.report, "Write figures on the session as JSON when it ends",
@@ -39,13 +44,18 @@ Status check(const DaemonOptions& options) {
   if (options.simulate && options.replay)
     return refuse("replay", "found together with --simulate, expected one of them");
   if (!options.simulate && !options.replay) {
-    return refuse("simulate",
-                  "no source of samples: expected --simulate mouse, --simulate strokes or --replay FILE");
+    return refuse(
+        "simulate",
+        "no source of samples: expected --simulate mouse, tour, strokes or motion, or --replay FILE");
   }
   if (options.strokes && options.simulate != "strokes")
     return refuse("strokes", "expected only with --simulate strokes");
   if (options.simulate == "strokes" && !options.strokes)
     return refuse("strokes", "--simulate strokes needs a .tilt file");
+  if (options.motion && options.simulate != "motion")
+    return refuse("motion", "expected only with --simulate motion");
+  if (options.simulate == "motion" && !options.motion)
+    return refuse("motion", "--simulate motion needs a motion capture's .tsv file");
   if (options.record && options.record == options.replay) {
     return refuse("record", "found the file that is being replayed, expected another one");
   }

@@ -7,9 +7,11 @@
 
 #include "common/codec/tilt_file.h"
 #include "daemon-tracking/source/recorded/recorded_stream.h"
+#include "daemon-tracking/source/simulated/motion_program.h"
 #include "daemon-tracking/source/simulated/mouse_shell.h"
 #include "daemon-tracking/source/simulated/simulated_rig.h"
 #include "daemon-tracking/source/simulated/stroke_program.h"
+#include "daemon-tracking/source/simulated/tour_program.h"
 
 namespace handloft::tracking {
 
@@ -60,6 +62,20 @@ Result<SourceSet> open_simulation(const DaemonOptions& options, TimePoint start)
     Result<HandProgram> strokes = stroke_file_program(options, set.description);
     if (!strokes) return strokes.error();
     program = std::move(*strokes);
+  } else if (options.simulate == "motion") {
+    const Result<HandMotion> motion = read_hand_motion(*options.motion);
+    if (!motion) return motion.error();
+    MotionProgramOptions program_options;
+    program_options.hand.seed = options.seed;
+    program_options.longest_s = options.motion_s;
+    Result<HandProgram> moved = motion_program(*motion, program_options);
+    if (!moved) return moved.error();
+    set.description["motion"] = fmt::format("{} frames at {} Hz", motion->frames.size(), motion->rate_hz);
+    program = std::move(*moved);
+  } else if (options.simulate == "tour") {
+    tour::Options tour;
+    tour.hand.seed = options.seed;
+    program = tour_program(tour);
   } else {
     mouse_shell::Options shell;
     shell.hand.seed = options.seed;

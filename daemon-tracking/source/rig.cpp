@@ -91,7 +91,7 @@ Rig default_rig() {
   // hides some.
   rig.table_tags = {
       table_tag(0, -0.17, 0.14),  table_tag(1, 0.0, 0.17),    table_tag(2, 0.15, 0.15),
-      table_tag(3, -0.20, 0.0),   table_tag(4, -0.16, -0.14), table_tag(5, 0.0, -0.135),
+      table_tag(3, -0.21, 0.0),   table_tag(4, -0.16, -0.14), table_tag(5, 0.0, -0.135),
       table_tag(6, 0.15, -0.145), table_tag(7, 0.30, -0.02),
   };
   // Faces 30 degrees apart and more, turned up from where the head looks, towards the table cameras.

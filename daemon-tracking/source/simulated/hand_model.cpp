@@ -15,9 +15,12 @@ const FingerPoints open_tips = {Vector3d{-0.060, 0.040, 0.000}, Vector3d{-0.034,
                                 Vector3d{-0.005, 0.097, 0.010}, Vector3d{0.024, 0.089, 0.008},
                                 Vector3d{0.050, 0.070, 0.002}};
 
-const FingerPoints curled_tips = {Vector3d{-0.012, 0.030, -0.030}, Vector3d{-0.030, 0.012, -0.026},
-                                  Vector3d{-0.008, 0.008, -0.028}, Vector3d{0.014, 0.007, -0.027},
-                                  Vector3d{0.035, 0.008, -0.024}};
+/// Gathered before the palm rather than clenched in it: the cameras in front of the hand must see three caps
+/// and more, as must a designer who wants to push with them. Nearly in one plane, whose normal is the disk's
+/// (A13).
+const FingerPoints curled_tips = {Vector3d{-0.050, 0.060, -0.046}, Vector3d{-0.037, 0.034, -0.040},
+                                  Vector3d{-0.012, 0.036, -0.040}, Vector3d{0.013, 0.034, -0.040},
+                                  Vector3d{0.038, 0.029, -0.038}};
 
 /// Height of the palm over the fingertips when the hand lies flat.
 constexpr double flat_drop_m = -0.008;
@@ -31,7 +34,7 @@ Vector3d straight_joint(int finger, const Vector3d& tip) {
 
 Vector3d curled_joint(int finger) {
   const auto i = static_cast<std::size_t>(finger);
-  return finger == 0 ? Vector3d(-0.045, 0.030, -0.018) : Vector3d(knuckles[i] + Vector3d(0.0, 0.030, -0.014));
+  return finger == 0 ? Vector3d(-0.050, 0.032, -0.026) : Vector3d(knuckles[i] + Vector3d(0.0, 0.018, -0.004));
 }
 
 }  // namespace

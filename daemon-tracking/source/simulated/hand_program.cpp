@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "daemon-tracking/source/simulated/hand_model.h"
 #include "daemon-tracking/source/simulated/random.h"
@@ -27,12 +28,21 @@ constexpr double idle_sway_m = 0.004;
 constexpr double idle_sway_hz = 0.4;
 /// Step for a path's velocity by central... one-sided difference, as a fraction of the stroke.
 constexpr double velocity_step = 1e-3;
-/// The potentiometer under the thumb, at rest.
-constexpr double potentiometer_rest = 0.5;
+/// Flexing fingers reach the pads on the palm late in their move, and leave them early.
+constexpr double closing_contact = 0.8, opening_contact = 0.2;
 
-const PaletteCell& cell_of(PaletteCommand command) {
-  return *std::find_if(table_palette.begin(), table_palette.end(),
-                       [&](const PaletteCell& cell) { return cell.command == command; });
+/// The palm of an open hand whose fingertips are nearest to `tips`, least squares (Umeyama 1991, without
+/// scale).
+Eigen::Isometry3d palm_of(const FingerPoints& tips) {
+  const FingerPoints open = hand_shape(HandPose::open).fingertips_m;
+  Eigen::Matrix<double, 3, finger_count> from, to;
+  for (std::size_t i = 0; i < finger_count; ++i) {
+    from.col(static_cast<Eigen::Index>(i)) = open[i];
+    to.col(static_cast<Eigen::Index>(i)) = tips[i];
+  }
+  Eigen::Isometry3d palm;
+  palm.matrix() = Eigen::umeyama(from, to, false);
+  return palm;
 }
 
 }  // namespace
@@ -66,6 +76,10 @@ void HandProgram::move_to(const Posture& target) {
   segment.to = target;
   segment.contact_pose =
       target.pose == HandPose::on_table || now_.pose == HandPose::on_table ? HandPose::open : target.pose;
+  segment.contact_before = now_.pose == HandPose::on_table ? HandPose::open : now_.pose;
+  if (segment.contact_before != segment.contact_pose) {
+    segment.contact_from = segment.contact_pose == HandPose::open ? opening_contact : closing_contact;
+  }
   // The quintic with given end positions and velocities and no acceleration at the ends.
   segment.centroid_m = [=](double u) -> Vector3d {
     const double u3 = u * u * u;
@@ -111,6 +125,7 @@ void HandProgram::stroke(std::string label, std::function<Vector3d(double)> path
   begin.centroid_m = path(0.0);
   end.centroid_m = path(1.0);
   begin.tilt = end.tilt = tilt;
+  begin.potentiometer = end.potentiometer = now_.potentiometer;
   auto eased = [path = std::move(path)](double u) { return path(minimum_jerk(u)); };
   auto eased_pressure = [pressure = std::move(pressure)](double u) { return pressure(minimum_jerk(u)); };
   follow(std::move(label), std::move(eased), duration_s, std::move(eased_pressure), begin, end);
@@ -124,12 +139,90 @@ void HandProgram::timed_stroke(std::string label, std::function<Vector3d(double)
   begin.velocity_m_s = (path(velocity_step) - path(0.0)) / (velocity_step * duration_s);
   end.velocity_m_s = (path(1.0) - path(1.0 - velocity_step)) / (velocity_step * duration_s);
   begin.tilt = end.tilt = tilt;
+  begin.potentiometer = end.potentiometer = now_.potentiometer;
   follow(std::move(label), std::move(path), duration_s, std::move(pressure), begin, end);
 }
 
+void HandProgram::follow_fingertips(std::string label, std::function<FingerPoints(double)> fingertips,
+                                    double duration_s, std::function<double(double)> pressure) {
+  const auto middle = [fingertips](double u) -> Vector3d { return centroid(fingertips(u)); };
+  Posture begin, end;
+  begin.potentiometer = end.potentiometer = now_.potentiometer;
+  begin.centroid_m = middle(0.0);
+  end.centroid_m = middle(1.0);
+  begin.velocity_m_s = (middle(velocity_step) - middle(0.0)) / (velocity_step * duration_s);
+  end.velocity_m_s = (middle(1.0) - middle(1.0 - velocity_step)) / (velocity_step * duration_s);
+  begin.tilt = Quaterniond(palm_of(fingertips(0.0)).linear());
+  end.tilt = Quaterniond(palm_of(fingertips(1.0)).linear());
+  move_to(begin);
+  Segment segment;
+  segment.duration_s = duration_s;
+  segment.from = begin;
+  segment.to = end;
+  segment.centroid_m = middle;
+  segment.pressure = std::move(pressure);
+  segment.fingertips_m = std::move(fingertips);
+  events_.push_back({HandEvent::Kind::stroke, duration_s_, duration_s_ + duration_s, std::move(label)});
+  append(std::move(segment));
+}
+
+void HandProgram::act(HandEvent::Kind kind, std::string label, std::function<Vector3d(double)> path,
+                      double duration_s, std::function<double(double)> pressure, Posture with) {
+  // The palm does not move while the fingers do.
+  const Vector3d unfolded = with.tilt * (centroid(hand_shape(HandPose::open).fingertips_m) -
+                                         centroid(hand_shape(with.pose).fingertips_m));
+  const auto open_at = [&](Posture posture, double u) {
+    posture.pose = HandPose::open;
+    posture.centroid_m = path(u) + unfolded;
+    return posture;
+  };
+  Posture begin = with, end = with;
+  begin.potentiometer = now_.potentiometer;
+  begin.centroid_m = path(0.0);
+  end.centroid_m = path(1.0);
+  move_to(open_at(begin, 0.0));
+  move_to(begin);
+  Segment segment;
+  segment.duration_s = duration_s;
+  segment.from = begin;
+  segment.to = end;
+  segment.contact_pose = with.pose;
+  segment.centroid_m = [path](double u) { return path(minimum_jerk(u)); };
+  segment.pressure = [pressure = std::move(pressure)](double u) { return pressure(minimum_jerk(u)); };
+  events_.push_back({kind, duration_s_, duration_s_ + duration_s, std::move(label)});
+  append(std::move(segment));
+  move_to(open_at(end, 1.0));
+}
+
+void HandProgram::push(std::string label, std::function<Vector3d(double)> path, double duration_s,
+                       std::function<double(double)> pressure, double potentiometer,
+                       const Quaterniond& tilt) {
+  Posture closed;
+  closed.pose = HandPose::closed;
+  closed.tilt = tilt;
+  closed.potentiometer = std::clamp(potentiometer, 0.0, 1.0);
+  act(HandEvent::Kind::push, std::move(label), std::move(path), duration_s, std::move(pressure), closed);
+}
+
+void HandProgram::draw(std::string label, std::function<Vector3d(double)> path, double duration_s,
+                       std::function<double(double)> pressure, const Quaterniond& tilt) {
+  Posture pointing;
+  pointing.pose = HandPose::pointing;
+  pointing.tilt = tilt;
+  pointing.potentiometer = now_.potentiometer;
+  const FingerPoints tips = hand_shape(HandPose::pointing).fingertips_m;
+  const Vector3d from_index = tilt * (centroid(tips) - tips[static_cast<std::size_t>(Finger::index)]);
+  auto centroid_path = [path = std::move(path), from_index](double u) -> Vector3d {
+    return path(u) + from_index;
+  };
+  act(HandEvent::Kind::draw, std::move(label), std::move(centroid_path), duration_s, std::move(pressure),
+      pointing);
+}
+
 void HandProgram::touch(PaletteCommand command) {
-  const PaletteCell& cell = cell_of(command);
+  const PaletteCell& cell = palette_cell_of(command);
   Posture down;
+  down.potentiometer = now_.potentiometer;
   down.centroid_m = Vector3d(cell.centre_x_m, cell.centre_y_m, options_.fingertip_rest_m);
   down.pose = HandPose::on_table;
   move_to(down);
@@ -142,12 +235,14 @@ void HandProgram::touch(PaletteCommand command) {
       {HandEvent::Kind::touch, duration_s_, duration_s_ + options_.touch_s, std::string(cell.label)});
   append(std::move(segment));
   Posture up;
+  up.potentiometer = now_.potentiometer;
   up.centroid_m = down.centroid_m + Vector3d(-0.02, 0.0, 0.06);
   move_to(up);
 }
 
 void HandProgram::gesture(HandPose pose, const Vector3d& centroid_m, double hold_s) {
   Posture posture;
+  posture.potentiometer = now_.potentiometer;
   posture.centroid_m = centroid_m;
   posture.pose = pose;
   move_to(posture);
@@ -178,10 +273,11 @@ FingerPoints HandProgram::tremor_at(double time_s) const {
 
 HandState HandProgram::at(double time_s) const {
   HandState state;
-  state.potentiometer = potentiometer_rest;
+  state.potentiometer = now_.potentiometer;
   Vector3d place = now_.centroid_m;
   Quaterniond tilt = now_.tilt;
   HandShape shape = hand_shape(now_.pose);
+  std::optional<FingerPoints> recorded;
   state.pose = now_.pose;
   if (!segments_.empty()) {
     const double time = std::isfinite(time_s) ? std::clamp(time_s, 0.0, duration_s_) : 0.0;
@@ -196,12 +292,23 @@ HandState HandProgram::at(double time_s) const {
     shape = segment.from.pose == segment.to.pose
                 ? hand_shape(segment.to.pose)
                 : blend(hand_shape(segment.from.pose), hand_shape(segment.to.pose), eased);
-    state.pose = segment.contact_pose;
+    state.pose = u < segment.contact_from ? segment.contact_before : segment.contact_pose;
+    state.potentiometer = (1 - eased) * segment.from.potentiometer + eased * segment.to.potentiometer;
+    if (segment.fingertips_m) recorded = segment.fingertips_m(u);
     if (segment.pressure) state.pressure = std::clamp(segment.pressure(u), 0.0, 1.0);
   }
   state.contacts = contacts_of(state.pose);
-  state.world_from_palm.linear() = tilt.toRotationMatrix();
-  state.world_from_palm.translation() = place - tilt * centroid(shape.fingertips_m);
+  if (recorded) {
+    state.world_from_palm = palm_of(*recorded);
+    const Eigen::Isometry3d palm_from_world = state.world_from_palm.inverse();
+    for (std::size_t i = 0; i < finger_count; ++i) {
+      shape.middle_joints_m[i] += (palm_from_world * (*recorded)[i] - shape.fingertips_m[i]) / 2;
+      shape.fingertips_m[i] = palm_from_world * (*recorded)[i];
+    }
+  } else {
+    state.world_from_palm.linear() = tilt.toRotationMatrix();
+    state.world_from_palm.translation() = place - tilt * centroid(shape.fingertips_m);
+  }
   const FingerPoints tremor = tremor_at(time_s);
   for (std::size_t i = 0; i < finger_count; ++i) {
     state.fingertips_m[i] = state.world_from_palm * shape.fingertips_m[i] + tremor[i];

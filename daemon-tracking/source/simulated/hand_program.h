@@ -36,10 +36,11 @@ struct HandState {
 
 /// What happens when, for tests and for the demo's log.
 struct HandEvent {
-  enum class Kind { stroke, touch, idle };
+  enum class Kind { stroke, touch, idle, push, draw };
   Kind kind = Kind::idle;
   double begin_s = 0,
-         end_s = 0;   ///< A stroke: from its first to its last point. A touch: while on the table.
+         end_s = 0;  ///< A stroke: from its first to its last point. A touch: while on the table. A push or a
+                     ///< drawing: while the hand has its pose and follows its path.
   std::string label;  ///< "top 3", "Fit"
 };
 
@@ -78,6 +79,22 @@ class HandProgram {
   void timed_stroke(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
                     std::function<double(double)> pressure,
                     const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity());
+  /// Moves all five fingertips as `fingertips` says (world, metres, parameter 0..1 uniform in time): a
+  /// recorded hand. Open all the while. The rest of the hand follows by the rigid motion that suits the
+  /// fingertips best.
+  void follow_fingertips(std::string label,
+                         std::function<std::array<Eigen::Vector3d, finger_count>(double)> fingertips,
+                         double duration_s, std::function<double(double)> pressure);
+  /// Closes in the air beside `path(0)`, follows `path` (centroid) closed, with minimum-jerk timing, while
+  /// the thumb turns the potentiometer to `potentiometer`, and opens again where it ends (A13, A16). The palm
+  /// stays still while the fingers fold and unfold, and nothing is pressed then.
+  void push(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
+            std::function<double(double)> pressure, double potentiometer,
+            const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity());
+  /// The same with a pointing hand: the INDEX fingertip follows `path` (A18, A24), but for its tremor.
+  void draw(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
+            std::function<double(double)> pressure,
+            const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity());
   /// Lies down on a palette cell and rises again.
   void touch(PaletteCommand command);
   /// Goes to a place with a pose and stays there for `hold_s`.
@@ -89,15 +106,22 @@ class HandProgram {
     Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
     Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();
     HandPose pose = HandPose::open;
+    double potentiometer = 0.5;  ///< At rest.
   };
   struct Segment {
     double begin_s = 0, duration_s = 0;
     std::function<Eigen::Vector3d(double)> centroid_m;  ///< Of the time's fraction, 0..1.
     std::function<double(double)> pressure;             ///< Likewise; empty: none.
-    Posture from, to;                                   ///< Pose and tilt go smoothly from one to the other.
-    HandPose contact_pose = HandPose::open;             ///< What the contacts say.
+    /// Likewise; when there, it says where the fingertips are, and `centroid_m` is their mean.
+    std::function<std::array<Eigen::Vector3d, finger_count>(double)> fingertips_m;
+    Posture from, to;                          ///< Pose and tilt go smoothly from one to the other.
+    HandPose contact_pose = HandPose::open;    ///< What the contacts say,
+    HandPose contact_before = HandPose::open;  ///< and until this fraction of the time:
+    double contact_from = 0.0;
   };
   void move_to(const Posture& target);
+  void act(HandEvent::Kind kind, std::string label, std::function<Eigen::Vector3d(double)> path,
+           double duration_s, std::function<double(double)> pressure, Posture with);
   void append(Segment segment);
   void follow(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
               std::function<double(double)> pressure, const Posture& begin, const Posture& end);

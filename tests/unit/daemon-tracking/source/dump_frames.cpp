@@ -1,5 +1,5 @@
 // Writes what each simulated camera sees at some times as JPEG files, to look at:
-//   simulated_rig_frames FOLDER [seconds ...]
+//   simulated_rig_frames FOLDER mouse|tour [seconds ...]
 
 #include <cstdlib>
 #include <filesystem>
@@ -11,22 +11,23 @@
 #include "daemon-tracking/source/simulated/camera_renderer.h"
 #include "daemon-tracking/source/simulated/mouse_shell.h"
 #include "daemon-tracking/source/simulated/simulated_rig.h"
+#include "daemon-tracking/source/simulated/tour_program.h"
 
 int main(int argc, char** argv) {
   using namespace handloft::tracking;
-  if (argc < 2) {
-    std::cerr << "usage: simulated_rig_frames FOLDER [seconds ...]\n";
+  if (argc < 3) {
+    std::cerr << "usage: simulated_rig_frames FOLDER mouse|tour [seconds ...]\n";
     return 2;
   }
   const std::filesystem::path folder = argv[1];
   std::filesystem::create_directories(folder);
-  const HandProgram program = mouse_shell_program();
+  const HandProgram program = std::string(argv[2]) == "tour" ? tour_program() : mouse_shell_program();
   std::cout << "program: " << program.duration_s() << " s\n";
   for (const HandEvent& event : program.events()) {
     std::cout << "  " << event.begin_s << " .. " << event.end_s << "  " << event.label << "\n";
   }
   std::vector<double> times;
-  for (int i = 2; i < argc; ++i) times.push_back(std::strtod(argv[i], nullptr));
+  for (int i = 3; i < argc; ++i) times.push_back(std::strtod(argv[i], nullptr));
   const Rig rig = default_rig();
   const HeadMotion head;
   constexpr double third_s = 0.002;
