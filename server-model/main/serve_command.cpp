@@ -46,6 +46,9 @@ int serve_command(const std::vector<std::string>& arguments) {
             TextRule{.choices = {}, .value_name = "DIR"});
   table.add("write_folder", write_folder, "Where relative paths of exports start; tcp: peers cannot leave it",
             TextRule{.choices = {}, .value_name = "DIR"});
+  table.add("export_folder", options.export_folder,
+            "Where \"Export\" on the hand's palette writes; none: the write folder",
+            TextRule{.choices = {}, .value_name = "DIR"});
   table.add("log_level", log_level, "What is logged on standard error",
             TextRule{.choices = {"trace", "debug", "info", "warning", "error", "off"}, .value_name = ""});
   auto outcome = table.parse(arguments);

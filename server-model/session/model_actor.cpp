@@ -8,6 +8,7 @@
 
 #include "server-model/model/canonical.h"
 #include "server-model/session/export.h"
+#include "server-model/session/palette_export.h"
 #include "server-model/session/presence.h"
 
 namespace handloft::session {
@@ -16,6 +17,9 @@ namespace {
 /// While frames wait (a replay), only every so many of them make a scene; a live hand never has frames
 /// waiting.
 constexpr int max_frames_without_scene = 4;
+
+/// What a hand's presence says while it lies on the palette's "Export" (palette_commands.cpp).
+constexpr std::string_view export_words = "export";
 
 }  // namespace
 
@@ -101,6 +105,7 @@ void ModelActor::on_frame(const v1::TrackingFrame& frame) {
   if (frames_without_scene_ > 0 && (waiting == 0 || frames_without_scene_ >= max_frames_without_scene))
     publish_scene();
   report(outcome);
+  for (std::size_t i = 0; i < outcome.exports.size(); ++i) export_for_hand();
   if (interaction_.statistics().frames_ignored == ignored) publish_presence(frame);
   if (frame.end_of_recording() && events_.on_end_of_recording) events_.on_end_of_recording();
 }
@@ -122,22 +127,42 @@ void ModelActor::publish_presence(const v1::TrackingFrame& frame) {
   if (!events_.on_presence) return;
   const int hands = std::min(frame.hands_size(), static_cast<int>(interaction::Interaction::max_hands));
   for (int i = 0; i < std::max(1, hands); ++i) {
-    v1::Presence presence;
-    presence.set_name(i == 0 ? "hand" : "hand " + std::to_string(i + 1));
-    if (i < hands) *presence.mutable_hand() = frame.hands(i);
-    if (frame.has_head()) *presence.mutable_head() = frame.head();
-    const interaction::HandActivity activity = interaction_.activity(static_cast<std::size_t>(i));
-    presence.set_tool(activity.tool);
-    presence.set_entity(activity.entity);
-    presence.set_capture_time_ns(frame.capture_time_ns());
-    presence.set_symmetry(interaction_.symmetry() != interaction::StrokeSymmetry::off);
-    events_.on_presence(clean_presence(std::move(presence)));
+    v1::Presence presence = hand_presence(frame, i, interaction_);
+    // What the hand does now is more important than what became of its export.
+    if (!notice_.empty() && (presence.tool().empty() || presence.tool() == export_words)) {
+      presence.set_tool(notice_);
+      presence = clean_presence(std::move(presence));
+    }
+    events_.on_presence(presence);
   }
+  if (!notice_.empty() && clock_.now() > notice_until_) notice_.clear();
+}
+
+void ModelActor::export_for_hand() {
+  in_pool([this, document = model_.document()] {
+    auto exported = model::export_from_palette(document, options_.export_folder);
+    post([this, exported = std::move(exported)] {
+      if (!exported) {
+        log_.warning("export refused: {}", exported.error().describe());
+        notify("export refused: " + exported.error().message);
+        return;
+      }
+      log_.info("exported \"{}\"", exported->path.string());
+      for (const std::string& note : exported->notes) log_.info("{}", note);
+      notify("exported " + exported->path.filename().string());
+    });
+  });
+}
+
+void ModelActor::notify(std::string words) {
+  notice_ = std::move(words);
+  notice_until_ = clock_.now() + options_.notice_for;
 }
 
 void ModelActor::publish_scene() {
   frames_without_scene_ = 0;
-  stream::ScenePtr scene = builder_.build(model_, interaction_.active_shape(), capture_time_ns_);
+  stream::ScenePtr scene =
+      builder_.build(model_, interaction_.active_shape(), capture_time_ns_, interaction_.targets());
   {
     const std::lock_guard lock(scene_mutex_);
     scene_.swap(scene);

@@ -10,10 +10,12 @@
 #include <boost/asio/thread_pool.hpp>
 #include <condition_variable>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include "common/base/clock.h"
@@ -37,7 +39,10 @@ struct ActorOptions {
   stream::MeshCacheOptions meshes;
   std::uint64_t epoch = 0;  ///< Another one with every start.
   std::size_t max_pending_frames =
-      64;                        ///< Tracking frames that may wait: a second's worth. See push_frame().
+      64;  ///< Tracking frames that may wait: a second's worth. See push_frame().
+  std::filesystem::path export_folder = ".";  ///< Where the palette's "Export" writes.
+  /// How long presence tells what became of an export: as long as reading a file's name takes.
+  Duration notice_for = std::chrono::seconds(5);
   std::size_t pool_threads = 1;  ///< Two cores: one for the model, one for the rest.
 };
 
@@ -102,6 +107,8 @@ class ModelActor {
   void publish_presence(const v1::TrackingFrame& frame);
   void publish_scene();
   void report(const interaction::FrameOutcome& outcome);
+  void export_for_hand();
+  void notify(std::string words);  ///< Hands' presence tells it for a while.
   ActorState state_now() const;
   void post(std::function<void()> work);     ///< To the model's thread.
   void in_pool(std::function<void()> work);  ///< To a thread beside it.
@@ -121,6 +128,8 @@ class ModelActor {
   int frames_without_scene_ = 0;  ///< That changed it since it was published.
   std::optional<std::uint64_t> last_sequence_;
   TrackingStatistics tracking_;
+  std::string notice_;
+  TimePoint notice_until_;
 
   mutable std::mutex scene_mutex_;
   stream::ScenePtr scene_;

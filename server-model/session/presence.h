@@ -4,11 +4,20 @@
 
 #include "proto/scene.pb.h"
 #include "proto/tracking.pb.h"
+#include "server-model/interaction/interaction.h"
 
 namespace handloft::session {
 
 /// `presence` without covariances, devices' raw values and anything that is not a finite number (a fingertip
-/// or head with such a number becomes LOST); strings cut to 256 bytes, at most five fingertips.
+/// or head with such a number becomes LOST; a disk, plane or curve goes); strings cut to 256 bytes, at most
+/// five fingertips, a curve of at most 1024 points or none.
 v1::Presence clean_presence(v1::Presence presence);
+
+/// What a hand of `frame` does, for viewers: the hand and the head themselves, the tool in words, the
+/// modification disk (A13), the potentiometer's range (A16), the curve being drawn (its points made fewer
+/// when there are more than a viewer can tell apart), the symmetry plane (A12) and what pointing does. `hand`
+/// counts from 0 and may be one that the frame does not have.
+v1::Presence hand_presence(const v1::TrackingFrame& frame, int hand,
+                           const interaction::Interaction& interaction);
 
 }  // namespace handloft::session

@@ -21,6 +21,7 @@ struct ServeOptions {
   AtEnd at_end =
       AtEnd::stay;          ///< Exit after the tracking daemon's recording has ended and viewers have it all.
   model::FileAccess files;  ///< For operations of unix: peers; tcp: peers stay within its folders.
+  std::string export_folder;  ///< Where the palette's "Export" writes; empty: files.write_folder.
   interaction::InteractionOptions interaction;
   LogLevel log_level = LogLevel::info;
 };

@@ -18,6 +18,7 @@ struct SceneEntity {
   std::uint64_t revision = 0;
   bool provisional = false;
   bool selected = false;
+  bool target = false;  ///< A hand acts on it now, or would.
   /// Packed triangles of a dual shape's fit or of a reference; null: not fitted, or not yet made.
   std::shared_ptr<const v1::Mesh> surface;
   /// Of the surface's vertices to the nearest reference (EntityState.distances); null: no reference, or not

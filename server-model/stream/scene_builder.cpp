@@ -1,5 +1,7 @@
 #include "server-model/stream/scene_builder.h"
 
+#include <algorithm>
+
 namespace handloft::stream {
 
 v1::HistoryState history_state(const model::History& history) {
@@ -12,7 +14,7 @@ v1::HistoryState history_state(const model::History& history) {
 }
 
 ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selected,
-                             std::int64_t capture_time_ns) {
+                             std::int64_t capture_time_ns, std::span<const std::string> targets) {
   auto scene = std::make_shared<Scene>();
   scene->epoch = epoch_;
   scene->sequence = model.sequence();
@@ -33,6 +35,7 @@ ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selecte
       seen.revision = model.revision(id);
       seen.provisional = model.is_provisional(id);
       seen.selected = id == selected;
+      seen.target = std::find(targets.begin(), targets.end(), id) != targets.end();
       if (const model::DualPtr shape = model::as_dual(entity)) {
         seen.surface = meshes_.find(*shape);
         seen.distances = meshes_.references().find_distances(seen.surface, references);

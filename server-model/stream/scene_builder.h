@@ -3,6 +3,8 @@
 // each entity; unchanged ones are shared.
 
 #include <cstdint>
+#include <span>
+#include <string>
 #include <string_view>
 
 #include "server-model/model/model.h"
@@ -19,8 +21,10 @@ class SceneBuilder {
   /// `epoch` differs between two starts of a server. `meshes` must outlive it.
   SceneBuilder(std::uint64_t epoch, MeshCache& meshes) : epoch_(epoch), meshes_(meshes) {}
 
-  /// `selected`: the id that gestures act on, may be empty. `capture_time_ns`: see Scene.
-  ScenePtr build(const model::Model& model, std::string_view selected, std::int64_t capture_time_ns);
+  /// `selected`: the id that gestures act on, may be empty. `capture_time_ns`: see Scene. `targets`: ids of
+  /// what hands act on now or would.
+  ScenePtr build(const model::Model& model, std::string_view selected, std::int64_t capture_time_ns,
+                 std::span<const std::string> targets = {});
 
  private:
   std::uint64_t epoch_;
