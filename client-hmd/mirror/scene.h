@@ -58,9 +58,13 @@ struct SceneCurve {
 
 enum class Representation { points, surface, both };
 
+/// What an entity is: a shape that hands work on, or an imported mesh to design around (A28).
+enum class EntityKind { dual_shape, reference };
+
 struct Entity {
   std::string id;
   std::string name;
+  EntityKind kind = EntityKind::dual_shape;
   std::uint64_t revision = 0;
   Representation representation = Representation::points;
   bool provisional = false;
@@ -69,6 +73,9 @@ struct Entity {
   std::shared_ptr<const PointSet> points;      ///< Null: none.
   std::uint32_t settled_points = 0;            ///< Those that stood before the gesture that is in the air.
   std::shared_ptr<const SurfaceMesh> surface;  ///< Null: none.
+  /// One a vertex of `surface`, signed metres to the nearest reference, positive on the side of its outward
+  /// normals; null: not compared, or not measured yet.
+  std::shared_ptr<const std::vector<float>> distances_m;
   std::shared_ptr<const std::vector<SceneCurve>> curves;
   double residual_rms_m = 0.0;
 
@@ -83,11 +90,18 @@ struct History {
   std::string next_redo;
 };
 
+/// Variants of the document, of which one is present (A28).
+struct Alternatives {
+  std::string present;             ///< One of `names`; empty when there are none.
+  std::vector<std::string> names;  ///< In the document's order.
+};
+
 struct Scene {
   std::uint64_t epoch = 0;     ///< Changes with every start of the server.
   std::uint64_t sequence = 0;  ///< Operations applied.
   std::map<std::string, std::shared_ptr<const Entity>> entities;
   History history;
+  Alternatives alternatives;
 };
 
 }  // namespace handloft::client

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client-hmd/mirror/read_curve.h"
+#include "client-hmd/mirror/read_distances.h"
 #include "common/codec/mesh_codec.h"
 #include "common/codec/point_codec.h"
 
@@ -131,6 +132,36 @@ Result<Representation> read_representation(v1::Representation representation) {
   }
 }
 
+/// Absent: a shape, as before there were references.
+Result<EntityKind> read_kind(const std::string& kind) {
+  if (kind.empty() || kind == "dual_shape") return EntityKind::dual_shape;
+  if (kind == "reference") return EntityKind::reference;
+  return corrupt("kind", fmt::format("found {} bytes, expected dual_shape or reference", kind.size()));
+}
+
+/// Surface and distances after `state`: distances come with the surface that they belong to, even when only
+/// they are new.
+Status read_surface_state(const v1::EntityState& state, const MirrorLimits& limits, Entity& entity) {
+  const bool surface_comes = state.surface_shown() && state.has_surface();
+  if (!surface_comes && !state.distances().empty()) {
+    return corrupt("distances", "came without the surface that they belong to");
+  }
+  if (!state.surface_shown()) {
+    entity.surface = nullptr;
+    entity.distances_m = nullptr;
+  }
+  if (!surface_comes) return {};
+  Result<std::shared_ptr<const SurfaceMesh>> surface = read_surface(state.surface(), limits);
+  if (!surface) return surface.error();
+  entity.surface = std::move(*surface);
+  entity.distances_m = nullptr;
+  if (state.distances().empty()) return {};
+  Result<std::vector<float>> distances = read_distances(state.distances(), entity.surface->vertices.size());
+  if (!distances) return distances.error();
+  entity.distances_m = std::make_shared<const std::vector<float>>(std::move(*distances));
+  return {};
+}
+
 /// The entity after `state`, given the one held before (null: none).
 Result<std::shared_ptr<const Entity>> read_entity(const Entity* held, const v1::EntityState& state,
                                                   const MirrorLimits& limits) {
@@ -145,6 +176,9 @@ Result<std::shared_ptr<const Entity>> read_entity(const Entity* held, const v1::
   auto entity = held == nullptr ? std::make_shared<Entity>() : std::make_shared<Entity>(*held);
   entity->id = state.id();
   entity->name = state.name().empty() ? state.id() : state.name();
+  const Result<EntityKind> kind = read_kind(state.kind());
+  if (!kind) return kind.error();
+  entity->kind = *kind;
   entity->revision = state.revision();
   entity->provisional = state.provisional();
   entity->selected = state.selected();
@@ -164,13 +198,7 @@ Result<std::shared_ptr<const Entity>> read_entity(const Entity* held, const v1::
   const std::size_t settled =
       state.provisional() ? std::min<std::size_t>(entity->settled_points, count) : count;
   entity->settled_points = static_cast<std::uint32_t>(settled);
-  if (!state.surface_shown()) {
-    entity->surface = nullptr;
-  } else if (state.has_surface()) {
-    Result<std::shared_ptr<const SurfaceMesh>> surface = read_surface(state.surface(), limits);
-    if (!surface) return surface.error();
-    entity->surface = std::move(*surface);
-  }
+  if (const Status surface = read_surface_state(state, limits, *entity); !surface) return surface.error();
   Result<std::shared_ptr<const std::vector<SceneCurve>>> curves = read_curves(state, limits);
   if (!curves) return curves.error();
   if (state.curves_shown()) entity->curves = std::move(*curves);
@@ -183,6 +211,23 @@ Result<History> read_history(const v1::HistoryState& state, const MirrorLimits& 
                    fmt::format("expected descriptions of at most {} bytes", limits.max_text_bytes));
   }
   return History{state.undo_steps(), state.redo_steps(), state.next_undo(), state.next_redo()};
+}
+
+Result<Alternatives> read_alternatives(const v1::AlternativesState& state, const MirrorLimits& limits) {
+  const auto count = static_cast<std::size_t>(state.names_size());
+  if (count > limits.max_alternatives) return too_many("alternatives.names", count, limits.max_alternatives);
+  Alternatives alternatives{state.present(), {}};
+  bool present_is_one = count == 0 && state.present().empty();
+  for (const std::string& name : state.names()) {
+    if (name.size() > limits.max_text_bytes) {
+      return corrupt("alternatives.names",
+                     fmt::format("found {} bytes, expected at most {}", name.size(), limits.max_text_bytes));
+    }
+    present_is_one = present_is_one || name == state.present();
+    alternatives.names.push_back(name);
+  }
+  if (!present_is_one) return corrupt("alternatives.present", "expected one of the names");
+  return alternatives;
 }
 
 Status check_totals(const Scene& scene, const MirrorLimits& limits) {
@@ -219,6 +264,9 @@ Result<Scene> SceneMirror::after(const v1::SceneSnapshot& snapshot) const {
   Result<History> history = read_history(snapshot.history(), limits_);
   if (!history) return history.error();
   next.history = std::move(*history);
+  Result<Alternatives> alternatives = read_alternatives(snapshot.alternatives(), limits_);
+  if (!alternatives) return alternatives.error();
+  next.alternatives = std::move(*alternatives);
   return next;
 }
 
@@ -253,6 +301,11 @@ Result<Scene> SceneMirror::after(const v1::SceneDelta& delta) {
     Result<History> history = read_history(delta.history(), limits_);
     if (!history) return history.error();
     next.history = std::move(*history);
+  }
+  if (delta.has_alternatives()) {
+    Result<Alternatives> alternatives = read_alternatives(delta.alternatives(), limits_);
+    if (!alternatives) return alternatives.error();
+    next.alternatives = std::move(*alternatives);
   }
   statistics_.stale_entities += stale;
   return next;

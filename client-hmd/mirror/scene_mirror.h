@@ -19,8 +19,9 @@ struct MirrorLimits {
   std::size_t max_vertices = std::size_t{4} << 20;  ///< In the whole scene: 112 MiB.
   std::size_t max_curve_points = 1'000'000;
   std::size_t max_text_bytes = 256;
-  double max_coordinate_m = 1e4;  ///< As in common/codec: nothing on a table is 10 km away.
-  double max_radius_m = 1.0;      ///< A fuzzy point is 12.7 mm at most (A2); a metre hides the scene.
+  std::size_t max_alternatives = 256;  ///< A document holds 64.
+  double max_coordinate_m = 1e4;       ///< As in common/codec: nothing on a table is 10 km away.
+  double max_radius_m = 1.0;           ///< A fuzzy point is 12.7 mm at most (A2); a metre hides the scene.
 };
 
 struct MirrorStatistics {

@@ -21,6 +21,9 @@ void require(bool condition) {
 }
 
 void check(const SceneMirror& mirror) {
+  const auto& alternatives = mirror.scene()->alternatives;
+  require(alternatives.names.empty() ||
+          std::count(alternatives.names.begin(), alternatives.names.end(), alternatives.present) > 0);
   for (const auto& [id, entity] : mirror.scene()->entities) {
     if (entity->points != nullptr) {
       require(entity->settled_points <= entity->points->points.size());
@@ -29,6 +32,10 @@ void check(const SceneMirror& mirror) {
         require(std::isfinite(point.position.x) && std::isfinite(point.position.y) &&
                 std::isfinite(point.position.z));
       }
+    }
+    if (entity->distances_m != nullptr) {
+      require(entity->surface != nullptr && entity->distances_m->size() == entity->surface->vertices.size());
+      for (const float distance : *entity->distances_m) require(std::isfinite(distance));
     }
     if (entity->surface != nullptr) {
       for (const std::uint32_t index : entity->surface->indices)

@@ -2,6 +2,8 @@
 // Messages as a server would send them, for the tests of the mirror.
 
 #include <array>
+#include <bit>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,35 @@ inline v1::SceneSnapshot snapshot(std::uint32_t points = 3) {
   *top.mutable_surface() = triangle();
   top.set_surface_shown(true);
   message.mutable_history()->set_undo_steps(1);
+  return message;
+}
+
+/// Numbers as EntityState.distances carries them, on any machine.
+inline std::string packed(const std::vector<float>& numbers) {
+  std::string bytes;
+  for (const float number : numbers) {
+    const auto bits = std::bit_cast<std::uint32_t>(number);
+    for (unsigned k = 0; k < 4; ++k) bytes.push_back(static_cast<char>(bits >> (8U * k) & 0xFFU));
+  }
+  return bytes;
+}
+
+/// "top" compared with a reference beside it, in the second of two alternatives (A28).
+inline v1::SceneSnapshot compared_snapshot() {
+  v1::SceneSnapshot message = snapshot();
+  v1::EntityState& top = *message.mutable_entities(0);
+  top.set_kind("dual_shape");
+  top.set_distances(packed({-0.002F, 0.0F, 0.003F}));
+  v1::EntityState& board = *message.add_entities();
+  board.set_id("board");
+  board.set_kind("reference");
+  board.set_revision(1);
+  board.set_representation(v1::REPRESENTATION_SURFACE);
+  *board.mutable_surface() = triangle(0.2F);
+  board.set_surface_shown(true);
+  message.mutable_alternatives()->set_present("flat");
+  message.mutable_alternatives()->add_names("main");
+  message.mutable_alternatives()->add_names("flat");
   return message;
 }
 

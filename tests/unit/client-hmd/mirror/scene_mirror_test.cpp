@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
 #include <string>
 
@@ -137,6 +138,90 @@ TEST(SceneMirror, KeepsCurvesUntilAWholeSetComes) {
   EXPECT_EQ(top(mirror).curves, nullptr);
 }
 
+TEST(SceneMirror, HoldsReferencesDistancesAndAlternatives_A28) {
+  SceneMirror mirror;
+  const Status applied = mirror.apply(test::compared_snapshot());
+  ASSERT_TRUE(applied.ok()) << applied.error().describe();
+  EXPECT_EQ(top(mirror).kind, EntityKind::dual_shape);
+  EXPECT_EQ(*top(mirror).distances_m, (std::vector<float>{-0.002F, 0.0F, 0.003F}));
+  const Entity& board = *mirror.scene()->entities.at("board");
+  EXPECT_EQ(board.kind, EntityKind::reference);
+  EXPECT_TRUE(board.shows_surface());
+  EXPECT_EQ(board.distances_m, nullptr);
+  EXPECT_EQ(mirror.scene()->alternatives.present, "flat");
+  EXPECT_EQ(mirror.scene()->alternatives.names, (std::vector<std::string>{"main", "flat"}));
+}
+
+TEST(SceneMirror, DistancesMayFollowTheirSurfaceAndGoWithIt_A28) {
+  SceneMirror mirror;
+  ASSERT_TRUE(mirror.apply(snapshot()).ok());
+  EXPECT_EQ(top(mirror).distances_m, nullptr) << "not measured yet";
+  v1::SceneDelta measured = delta(1, 2);  // The same revision: nothing but the distances is new.
+  *measured.mutable_changed(0)->mutable_surface() = test::triangle();
+  measured.mutable_changed(0)->set_distances(test::packed({0.001F, 0.002F, 0.003F}));
+  ASSERT_TRUE(mirror.apply(measured).ok());
+  ASSERT_NE(top(mirror).distances_m, nullptr);
+  EXPECT_FLOAT_EQ(top(mirror).distances_m->at(1), 0.002F);
+
+  ASSERT_TRUE(mirror.apply(delta(2, 3)).ok());
+  EXPECT_NE(top(mirror).distances_m, nullptr) << "absent means unchanged";
+  v1::SceneDelta another = delta(3, 4);
+  *another.mutable_changed(0)->mutable_surface() = test::triangle(0.2F);
+  ASSERT_TRUE(mirror.apply(another).ok());
+  EXPECT_EQ(top(mirror).distances_m, nullptr) << "they belonged to the former surface";
+
+  v1::SceneDelta again = delta(4, 5);
+  *again.mutable_changed(0)->mutable_surface() = test::triangle();
+  again.mutable_changed(0)->set_distances(test::packed({0.001F, 0.002F, 0.003F}));
+  ASSERT_TRUE(mirror.apply(again).ok());
+  v1::SceneDelta hidden = delta(5, 6);
+  hidden.mutable_changed(0)->set_surface_shown(false);
+  ASSERT_TRUE(mirror.apply(hidden).ok());
+  EXPECT_EQ(top(mirror).distances_m, nullptr) << "none without a surface";
+}
+
+TEST(SceneMirror, KeepsAlternativesUntilOthersCome_A28) {
+  SceneMirror mirror;
+  ASSERT_TRUE(mirror.apply(test::compared_snapshot()).ok());
+  ASSERT_TRUE(mirror.apply(delta(2, 2)).ok());
+  EXPECT_EQ(mirror.scene()->alternatives.present, "flat") << "absent means unchanged";
+  v1::SceneDelta switched = delta(3, 3);
+  switched.mutable_alternatives()->set_present("main");
+  switched.mutable_alternatives()->add_names("main");
+  ASSERT_TRUE(mirror.apply(switched).ok());
+  EXPECT_EQ(mirror.scene()->alternatives.present, "main");
+  EXPECT_EQ(mirror.scene()->alternatives.names.size(), 1U);
+}
+
+TEST(SceneMirror, RefusesAlternativesThatCannotBe_A28) {
+  MirrorLimits limits;
+  limits.max_alternatives = 4;
+  const auto refused = [&limits](const std::function<void(v1::AlternativesState&)>& spoil) {
+    SceneMirror mirror(limits);
+    if (!mirror.apply(test::compared_snapshot()).ok()) return std::string("the snapshot");
+    const std::shared_ptr<const Scene> before = mirror.scene();
+    v1::SceneDelta message = delta(2, 2);
+    *message.mutable_alternatives() = test::compared_snapshot().alternatives();
+    spoil(*message.mutable_alternatives());
+    const Status status = mirror.apply(message);
+    v1::SceneSnapshot whole = test::compared_snapshot();
+    spoil(*whole.mutable_alternatives());
+    EXPECT_EQ(mirror.apply(whole).ok(), status.ok()) << "in a snapshot as in a delta";
+    EXPECT_TRUE(status.ok() || mirror.scene() == before);
+    return status.ok() ? std::string("accepted") : status.error().field;
+  };
+  EXPECT_EQ(refused([](v1::AlternativesState&) {}), "accepted") << "unspoiled, it is fine";
+  EXPECT_EQ(refused([](v1::AlternativesState& s) { s.clear_names(), s.clear_present(); }), "accepted");
+  EXPECT_EQ(refused([](v1::AlternativesState& s) { s.set_present("round"); }), "alternatives.present");
+  EXPECT_EQ(refused([](v1::AlternativesState& s) { s.clear_names(); }), "alternatives.present");
+  EXPECT_EQ(refused([](v1::AlternativesState& s) { s.add_names(std::string(257, 'x')); }),
+            "alternatives.names");
+  EXPECT_EQ(refused([](v1::AlternativesState& s) {
+              for (int i = 0; i < 3; ++i) s.add_names("more");
+            }),
+            "alternatives.names");
+}
+
 /// Every way to spoil a good delta that we could think of.
 struct Spoiler {
   const char* name;
@@ -221,6 +306,45 @@ INSTANTIATE_TEST_SUITE_P(
                 [](v1::EntityState& s) {
                   const float bad[3] = {0.0F, nan_f, 0.0F};
                   s.add_curves()->set_points(bad, sizeof(bad));
+                }},
+        Spoiler{"UnknownKind", [](v1::EntityState& s) { s.set_kind("teapot"); }},
+        Spoiler{"DistancesWithoutASurface",
+                [](v1::EntityState& s) { s.set_distances(test::packed({0.0F, 0.0F, 0.0F})); }},
+        Spoiler{"DistancesOfASurfaceNotShown",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.set_surface_shown(false);
+                  s.set_distances(test::packed({0.0F, 0.0F, 0.0F}));
+                }},
+        Spoiler{"TooFewDistances",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.set_distances(test::packed({0.0F, 0.0F}));
+                }},
+        Spoiler{"TooManyDistances",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.set_distances(test::packed({0.0F, 0.0F, 0.0F, 0.0F}));
+                }},
+        Spoiler{"DistancesOfThirteenBytes",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.set_distances(test::packed({0.0F, 0.0F, 0.0F}) + "x");
+                }},
+        Spoiler{"NanDistance",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.set_distances(test::packed({0.0F, nan_f, 0.0F}));
+                }},
+        Spoiler{"InfiniteDistance",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.set_distances(test::packed({0.0F, 0.0F, -std::numeric_limits<float>::infinity()}));
+                }},
+        Spoiler{"HugeDistance",
+                [](v1::EntityState& s) {
+                  *s.mutable_surface() = test::triangle();
+                  s.set_distances(test::packed({1e30F, 0.0F, 0.0F}));
                 }},
         Spoiler{"NanResidual", [](v1::EntityState& s) { s.set_residual_rms_m(nan_f); }}),
     [](const testing::TestParamInfo<Spoiler>& way) { return way.param.name; });
