@@ -122,7 +122,7 @@ TEST(ResolveOperation, NamesTheBoundsOfTheScale) {
 
 // A28: read once, in the world from then on, and the same wherever it is replayed.
 TEST(ResolveOperation, A28_ReferenceStandsInTheOperation) {
-  const test::TemporaryDirectory folder;
+  const handloft::test::TemporaryDirectory folder;
   std::ofstream(folder.path() / "wedge.obj") << "v 0 0 0\nv 1000 0 0\nv 0 0 -1000\nf 1 2 3\n";
   v1::Operation operation;
   v1::ImportReference& request = *operation.mutable_import_reference();
