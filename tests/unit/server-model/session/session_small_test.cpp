@@ -56,7 +56,8 @@ TEST(PresenceTest, bad_numbers_become_lost_and_good_ones_stay) {
   EXPECT_EQ((*kept)[1].state, v1::TRACKING_LOST);
   EXPECT_EQ(clean.hand().pressure(), 0.0);
   presence.mutable_hand()->add_fingertip_positions(1.0);
-  for (const int state : clean_presence(presence).hand().fingertip_states())
+  const v1::Presence again = clean_presence(presence);
+  for (const int state : again.hand().fingertip_states())
     EXPECT_EQ(state, v1::TRACKING_LOST);
 }
 
