@@ -11,6 +11,7 @@
 #include "server-model/exchange/gltf_writer.h"
 #include "server-model/exchange/iges_writer.h"
 #include "server-model/exchange/obj_writer.h"
+#include "server-model/exchange/opacity_cut.h"
 #include "server-model/exchange/step_writer.h"
 #include "server-model/geometry/planar_faces.h"
 #include "server-model/geometry/tessellate.h"
@@ -72,8 +73,8 @@ Result<std::vector<DualPtr>> chosen(const Document& document, const v1::Export& 
   return entities;
 }
 
-/// The surface as CAD faces: one, but where a boundary curve crosses itself one for each part that it encloses
-/// (A24), the largest first.
+/// The surface as CAD faces: one, but where a boundary curve crosses itself one for each part that it
+/// encloses (A24), the largest first.
 Result<std::vector<exchange::SurfaceExport>> faces_of(const DualShape& shape, exchange::Trim trim) {
   auto superellipse = shape.superellipse();
   if (!superellipse) return superellipse.error();
@@ -100,12 +101,16 @@ Result<std::vector<exchange::SurfaceExport>> faces_of(const DualShape& shape, ex
   return faces;
 }
 
+/// Where exports are trimmed (A26).
+constexpr double contour_opacity = 0.5;
+
 Result<exchange::MeshExport> mesh_of(const DualShape& shape, exchange::Trim trim) {
   auto field = shape.trim();
   if (!field) return field.error();
   const FittedSurface& fit = *shape.fit;
-  auto mesh = trim == exchange::Trim::box ? geometry::tessellate_box(fit.surface, fit.frame, field->solid_box())
-                                          : geometry::tessellate(fit.surface, fit.frame, *field);
+  auto mesh = trim == exchange::Trim::box
+                  ? geometry::tessellate_box(fit.surface, fit.frame, field->solid_box())
+                  : geometry::tessellate(fit.surface, fit.frame, *field);
   if (!mesh) return mesh.error();
   exchange::MeshExport result;
   result.name = shape.name;
@@ -176,13 +181,15 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
     if (*format != v1::Export::STEP && *format != v1::Export::IGES) {
       auto mesh = mesh_of(*entity, trim);
       if (!mesh) return of_shape(entity->id, mesh.error());
+      // A glTF fades out; an OBJ can't, and ends where CAD faces do.
+      if (*format == v1::Export::OBJ) mesh->mesh = exchange::cut_at_opacity(mesh->mesh, contour_opacity);
       meshes.push_back(std::move(*mesh));
       if (*format == v1::Export::GLB && entity->representation != Representation::surface) {
         clouds.push_back(points_of(*entity));
         cloud_ids.push_back(entity->id);
       }
     }
-    if (*format == v1::Export::STEP) {
+    if (*format == v1::Export::STEP || *format == v1::Export::IGES) {
       auto faces = faces_of(*entity, trim);
       if (!faces) return of_shape(entity->id, faces.error());
       for (exchange::SurfaceExport& face : *faces) {
@@ -207,9 +214,8 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
       break;
   }
   if (!written) {
-    return of_request(
-        written.error(),
-        {{"surfaces", surface_ids}, {"meshes", exported.entities}, {"clouds", cloud_ids}});
+    return of_request(written.error(),
+                      {{"surfaces", surface_ids}, {"meshes", exported.entities}, {"clouds", cloud_ids}});
   }
   return exported;
 }

@@ -69,7 +69,10 @@ Error malformed(std::string message, std::string field) {
 json normalised(const json& expectation) {
   json result = json::object();
   for (const auto& [key, value] : expectation.items()) {
-    const std::string name = key == "at_most" ? "atMost" : key == "at_least" ? "atLeast" : key;
+    const std::string name = key == "at_most"             ? "atMost"
+                             : key == "at_least"          ? "atLeast"
+                             : key == "equals_remembered" ? "equalsRemembered"
+                                                          : key;
     result[name] = value;
   }
   return result;
@@ -191,9 +194,34 @@ Status compare(const json& found, const json& expectation, const std::string& pa
   return {};
 }
 
-Result<json> check_answer(const json& expectation, ScriptTarget& target) {
-  if (auto status = only_members(
-          expectation, {"query", "path", "equals", "near", "tolerance", "atMost", "atLeast", "count"});
+// A name under which a value is or was remembered.
+Result<std::string> name_member(const json& expectation, const char* member) {
+  const json& value = expectation[member];
+  if (value.is_string() && !value.get_ref<const std::string&>().empty()) return value.get<std::string>();
+  return malformed(fmt::format("found {}, expected a name", words_of(value)),
+                   fmt::format("expect.{}", member));
+}
+
+Status compare_remembered(const json& found, const json& expectation, const std::string& path,
+                          const Remembered& remembered) {
+  if (!expectation.contains("equalsRemembered")) return {};
+  auto name = name_member(expectation, "equalsRemembered");
+  if (!name) return name.error();
+  const auto value = remembered.find(*name);
+  if (value == remembered.end()) {
+    return malformed(fmt::format("found \"{}\", which no line before has remembered", *name),
+                     "expect.equalsRemembered");
+  }
+  if (found == value->second) return {};
+  return make_error(ErrorCode::failed_precondition,
+                    fmt::format("found {}, expected {} as remembered by \"{}\"", words_of(found),
+                                words_of(value->second), *name),
+                    path);
+}
+
+Result<json> check_answer(const json& expectation, ScriptTarget& target, Remembered& remembered) {
+  if (auto status = only_members(expectation, {"query", "path", "equals", "near", "tolerance", "atMost",
+                                               "atLeast", "count", "remember", "equalsRemembered"});
       !status) {
     return status.error();
   }
@@ -202,8 +230,10 @@ Result<json> check_answer(const json& expectation, ScriptTarget& target) {
         return item.key() != "query" && item.key() != "path" && item.key() != "tolerance";
       });
   if (!compares) {
-    return malformed("found nothing to compare with, expected equals, near, atMost, atLeast or count",
-                     "expect");
+    return malformed(
+        "found nothing to compare with, expected equals, near, atMost, atLeast, count, remember or "
+        "equalsRemembered",
+        "expect");
   }
   if (expectation.contains("path") && !expectation["path"].is_string()) {
     return malformed(fmt::format("found {}, expected a string", words_of(expectation["path"])),
@@ -221,16 +251,22 @@ Result<json> check_answer(const json& expectation, ScriptTarget& target) {
     return make_error(ErrorCode::failed_precondition, "found nothing there, expected a value", path);
   }
   if (auto status = compare(*found, expectation, path); !status) return status.error();
+  if (auto status = compare_remembered(*found, expectation, path, remembered); !status) return status.error();
+  if (expectation.contains("remember")) {
+    auto name = name_member(expectation, "remember");
+    if (!name) return name.error();
+    remembered[*name] = *found;
+  }
   return *found;
 }
 
 }  // namespace
 
-Result<json> check_expectation(const json& expectation, ScriptTarget& target) {
+Result<json> check_expectation(const json& expectation, ScriptTarget& target, Remembered& remembered) {
   if (!expectation.is_object()) return malformed("found no object, expected one", "expect");
   const json members = normalised(expectation);
   if (members.contains("fails")) return check_failure(members, target);
-  if (members.contains("query")) return check_answer(members, target);
+  if (members.contains("query")) return check_answer(members, target, remembered);
   return malformed("found neither \"query\" nor \"fails\", expected one", "expect");
 }
 

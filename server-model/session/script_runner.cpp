@@ -54,7 +54,7 @@ std::string dump(const json& value) {
 }
 
 // The "result" of the answer line.
-Result<std::string> answer_line(std::string_view line, ScriptTarget& target) {
+Result<std::string> answer_line(std::string_view line, ScriptTarget& target, Remembered& remembered) {
   auto members = top_level_members(line);
   if (!members) return members.error();
   const auto has = [&](std::string_view name) {
@@ -80,7 +80,7 @@ Result<std::string> answer_line(std::string_view line, ScriptTarget& target) {
   if (has("expect")) {
     auto parsed = parse_json(line);
     if (!parsed) return parsed.error();
-    auto found = check_expectation((*parsed)["expect"], target);
+    auto found = check_expectation((*parsed)["expect"], target, remembered);
     if (!found) return found.error();
     return dump(*found);
   }
@@ -96,13 +96,13 @@ Result<std::string> answer_line(std::string_view line, ScriptTarget& target) {
 }
 
 Result<std::string> answer_safely(Read read, const std::string& line, ScriptTarget& target,
-                                  const ScriptOptions& options) {
+                                  Remembered& remembered, const ScriptOptions& options) {
   if (read == Read::too_long) {
     return make_error(ErrorCode::resource_exhausted,
                       fmt::format("found a line of more than {} bytes", options.max_line_bytes));
   }
   try {
-    return answer_line(line, target);
+    return answer_line(line, target, remembered);
   } catch (const std::exception& problem) {  // Of the JSON libraries: out of memory, say.
     return make_error(ErrorCode::internal, problem.what());
   }
@@ -121,6 +121,7 @@ std::string failure_json(const Error& error) {
 ScriptSummary run_script(std::istream& in, std::ostream& out, ScriptTarget& target,
                          const ScriptOptions& options) {
   ScriptSummary summary;
+  Remembered remembered;
   std::string line;
   for (std::size_t number = 1;; ++number) {
     const Read read = read_line(in, line, options.max_line_bytes);
@@ -128,7 +129,7 @@ ScriptSummary run_script(std::istream& in, std::ostream& out, ScriptTarget& targ
     if (number == 1 && line.starts_with(byte_order_mark)) line.erase(0, byte_order_mark.size());
     if (read == Read::line && is_nothing(line)) continue;
     ++summary.lines_run;
-    const auto result = answer_safely(read, line, target, options);
+    const auto result = answer_safely(read, line, target, remembered, options);
     if (result) {
       out << "{\"line\":" << number << ",\"ok\":true,\"result\":" << *result << "}\n" << std::flush;
       continue;

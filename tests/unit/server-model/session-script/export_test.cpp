@@ -43,8 +43,9 @@ class Exporting : public ::testing::Test {
 };
 
 TEST_F(Exporting, WritesEachFormat) {
-  for (const auto& [name, start] : {std::pair{"a.step", "ISO-10303-21;"}, std::pair{"a.STP", "ISO-10303-21;"},
-                                    std::pair{"a.glb", "glTF"}, std::pair{"a.obj", ""}}) {
+  for (const auto& [name, start] :
+       {std::pair{"a.step", "ISO-10303-21;"}, std::pair{"a.STP", "ISO-10303-21;"}, std::pair{"a.igs", ""},
+        std::pair{"a.glb", "glTF"}, std::pair{"a.obj", ""}}) {
     const auto exported = export_document(document_, to(name), files());
     ASSERT_TRUE(exported.ok()) << exported.error().describe();
     EXPECT_EQ(exported->entities, std::vector<std::string>{"top"});

@@ -82,6 +82,32 @@ TEST(Script, SnakeCaseIsAcceptedToo) {
               .get<bool>());
 }
 
+TEST(Script, ExpectationsRememberWhatTheyFound) {
+  const std::string remember = R"({"expect":{"query":{"hash":{}},"path":"hash.sha256","remember":"start"}})";
+  const std::string same =
+      R"({"expect":{"query":{"hash":{}},"path":"hash.sha256","equalsRemembered":"start"}})";
+  const std::string second = R"({"createDualShape":{"id":"second"}})";
+  const std::string undo = R"({"undo":{}})";
+  EXPECT_TRUE(run(remember + "\n" + same).summary.ok());
+  ScriptOptions on;
+  on.on_failure = ScriptOptions::OnFailure::keep_going;
+  const ScriptRun changed =
+      run(create + "\n" + remember + "\n" + second + "\n" + same + "\n" + undo + "\n" + same, on);
+  EXPECT_EQ(changed.summary.lines_failed, 1U);
+  EXPECT_EQ(changed.summary.first_failed_line, 4U) << "before the undo it is another document";
+  EXPECT_EQ(changed.answers[3]["error"]["code"], "failed_precondition");
+  // What doesn't hold otherwise is not remembered.
+  const ScriptRun failed =
+      run(R"({"expect":{"query":{"hash":{}},"path":"hash.sha256","equals":"","remember":"start"}})"
+          "\n" +
+              same,
+          on);
+  EXPECT_EQ(failed.summary.lines_failed, 2U);
+  EXPECT_EQ(failed.answers[1]["error"]["field"], "expect.equalsRemembered");
+  EXPECT_EQ(failed.answers[1]["error"]["code"], "invalid_argument");
+  expect_failure(R"({"expect":{"query":{"hash":{}},"remember":7}})", "invalid_argument", "expect.remember");
+}
+
 TEST(Script, NumbersKeepEveryBit) {
   const ScriptRun result = run(
       create + "\n" +
