@@ -82,7 +82,9 @@ DualShape make_partner(const Document& document, const DualShape& shape, const L
   partner.partner = shape.id;
   partner.superellipse_exponent = shape.superellipse_exponent;
   partner.boundary = mirrored(shape.boundary, shape.plane);
-  partner.representation = shape.representation;
+  // It has no surface yet: shown as one it would vanish.
+  partner.representation =
+      shape.representation == Representation::surface ? Representation::points : shape.representation;
   return partner;
 }
 

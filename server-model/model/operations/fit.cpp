@@ -150,6 +150,16 @@ bool mirror_images(const DualShape& shape, const DualShape& partner) {
   return shape.linked_from == 0 && partner.linked_from == 0 && shape.points.size() == partner.points.size();
 }
 
+bool mirror_frames(const DualShape& shape, const DualShape& partner) {
+  if (!shape.fit || !partner.fit) return true;
+  // Rounding of many mirrored edits, and far less than what a person could see.
+  constexpr double tolerance = 1e-11;
+  const geometry::Frame image = geometry::reflect_frame(shape.fit->frame, shape.plane);
+  const geometry::Frame& frame = partner.fit->frame;
+  return (image.rotation - frame.rotation).cwiseAbs().maxCoeff() <= tolerance &&
+         (image.origin - frame.origin).norm() <= tolerance * (1 + frame.origin.norm());
+}
+
 namespace {
 
 Result<Outcome> fit_entity(const Document& document, const DualShape& before, const DegreeChoice& choice,
@@ -168,7 +178,8 @@ Result<Outcome> fit_entity(const Document& document, const DualShape& before, co
   note_fit(shape, outcome.notes);
   if (const DualPtr linked = linked_partner(document, shape)) {
     DualShape partner = *linked;
-    if (mirror_images(shape, partner)) {
+    if (mirror_images(shape, partner) &&
+        (base_plane == BasePlane::taken_anew || mirror_frames(shape, partner))) {
       auto image = mirror_image(*shape.fit, shape.plane);
       // A frozen plane stays frozen to the bit; mirroring it to and fro would let it wander by rounding.
       if (partner.fit && base_plane == BasePlane::frozen) image->frame = partner.fit->frame;

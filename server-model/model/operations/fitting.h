@@ -42,6 +42,9 @@ Status refit(Document& document, std::string_view entity, std::string_view field
 
 /// Whether all points of both came in pairs, so that the one is the mirror image of the other.
 bool mirror_images(const DualShape& shape, const DualShape& partner);
+/// Whether the frozen frames of both fits are mirror images too; they aren't where both were fitted while
+/// other points belonged to them. True where one has no fit.
+bool mirror_frames(const DualShape& shape, const DualShape& partner);
 /// The surface of the mirrored points, without fitting them: the same to the bit but for the frame (A12).
 std::shared_ptr<FittedSurface> mirror_image(const FittedSurface& fit, const geometry::Plane& plane);
 

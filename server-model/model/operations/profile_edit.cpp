@@ -198,7 +198,7 @@ Result<Edited> edit_shape(const DualShape& original, const ProfileEdit& edit, co
 /// The partner as the mirror image of the edited shape; nothing when their points did not come in pairs, in
 /// the same order.
 std::optional<DualShape> image_of(const DualShape& shape, const DualShape& partner) {
-  if (!mirror_images(shape, partner)) return std::nullopt;
+  if (!mirror_images(shape, partner) || !mirror_frames(shape, partner)) return std::nullopt;
   DualShape image = partner;
   image.points = PointCloud{};
   std::vector<DualPoint> chunk;

@@ -142,6 +142,18 @@ TEST(DeletePoints, A12ImagesGoWithTheirOriginals) {
   }
 }
 
+TEST(DeletePoints, A12APartnerKeepsItsOwnFrameWhereItIsNoMirrorImage) {
+  // Both are fitted while the shape has points of its own besides; then those go, and the points are images.
+  Document document = applied({}, {create("a"), add("a", {point(0.05, 0, 0.2), point(0.06, 0.01, 0.1)}),
+                                   symmetry("a", v1::SetSymmetry::PARTNER), add("a", saddle_points(0.01)),
+                                   fit("a"), delete_points("a", indices({0, 1})), fit("a")});
+  const DualPtr partner = document.find_dual("a-mirror");
+  for (std::size_t i = 0; i < partner->points.size(); ++i) {
+    const geometry::Vec3 p = partner->fit->frame.to_local(partner->points[i].position());
+    EXPECT_NEAR(partner->residual_m(i), p.z() - partner->fit->surface.value(p.x(), p.y()), 1e-14);
+  }
+}
+
 TEST(MovePoints, MovesThoseInTheRegionOnlyAndMarksTheFitStale) {
   const Document fitted = applied({}, {create("a"), add("a", saddle_points()), fit("a")});
   const Document moved = applied(fitted, {move_points("a", indices({3, 5}), vec(0, 0, 0.25))});
@@ -233,6 +245,14 @@ TEST(AddPointsRefit, A10FitsAgainInTheFrozenFrameAsFitDoes) {
   // A shape without a surface gets none.
   const Document points = applied({}, {create("a"), add_and_refit("a", saddle_points())});
   EXPECT_FALSE(points.find_dual("a")->fitted());
+}
+
+TEST(AddPointsRefit, A12ANewPartnerOfAShapeShownAsASurfaceIsSeen) {
+  const Document document = applied(
+      {}, {create("a"), add("a", saddle_points()), fit("a"), represent("a", v1::REPRESENTATION_SURFACE),
+           symmetry("a", v1::SetSymmetry::PARTNER), add("a", saddle_points(0.01))});
+  EXPECT_EQ(document.find_dual("a")->representation, Representation::surface);
+  EXPECT_EQ(document.find_dual("a-mirror")->representation, Representation::points);
 }
 
 TEST(AddPointsRefit, PointsThatCarryNoSurfaceAreKeptAndSaidSo) {
