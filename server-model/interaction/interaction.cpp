@@ -24,7 +24,7 @@ std::string refusal(std::string_view what, std::string_view why) {
 
 }  // namespace
 
-Interaction::Interaction(model::Model& model, InteractionOptions options)
+Interaction::Interaction(model::Model& model, const InteractionOptions& options)
     : workbench_(model, options), palette_(workbench_) {
   for (std::size_t i = 0; i < max_hands; ++i) hands_.emplace_back(workbench_.options);
 }

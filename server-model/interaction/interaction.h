@@ -51,7 +51,7 @@ class Interaction {
   static constexpr std::size_t max_hands = 2;
 
   /// `model` must outlive it.
-  explicit Interaction(model::Model& model, InteractionOptions options = {});
+  explicit Interaction(model::Model& model, const InteractionOptions& options = {});
 
   FrameOutcome on_frame(const v1::TrackingFrame& frame);
 

@@ -24,7 +24,7 @@ struct Modes {
 
 struct Workbench {
   /// `model` must outlive it.
-  Workbench(model::Model& model_of, InteractionOptions given)
+  Workbench(model::Model& model_of, const InteractionOptions& given)
       : model(model_of), options(given), targets(given.reach_m) {}
 
   model::Model& model;
