@@ -83,7 +83,7 @@ def write(folder):
     (folder / INTERNALS).write_text(internals_obj(), encoding="utf-8")
     script = Script(14,
                     "A computer mouse around given internals, after figure 14 of the paper, and an alternative of it with a",
-                    "thumb rest. Written by make_designs.py; run from anywhere:",
+                    "thumb rest. Written by make_designs.py; run from the repository:",
                     "handloft-modeld run tests/data/scripts/computer_mouse.jsonl --input-dir tests/data/scripts \\",
                     "  --output-dir out")
     script.comment("", "The internals, in millimetres; everything else here is in metres.")

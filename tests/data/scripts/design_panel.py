@@ -47,7 +47,7 @@ def area(polygon):
 def write(folder):
     script = Script(12,
                     "A car's side panel, after figure 12 of the paper: 1.2 m of it, with character lines and a wheel arch.",
-                    "Written by make_designs.py; run from anywhere:",
+                    "Written by make_designs.py; run from the repository:",
                     "handloft-modeld run tests/data/scripts/car_side_panel.jsonl --output-dir out")
     script.comment("", "Long strokes from front to rear and back, some upright ones across them.")
     script.create("panel", "Side panel", 2)

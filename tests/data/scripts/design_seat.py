@@ -52,7 +52,7 @@ DOWN = (0.0, 0.0, -1.0)
 def write(folder):
     script = Script(13,
                     "A car seat, after figure 13 of the paper: three symmetric surfaces under one stroke, side rests in",
-                    "pairs, pushed into shape. Written by make_designs.py; run from anywhere:",
+                    "pairs, pushed into shape. Written by make_designs.py; run from the repository:",
                     "handloft-modeld run tests/data/scripts/car_seat.jsonl --output-dir out")
 
     script.comment("", "Cushion, back and head rest: each its own mirror image, each a quadratic.")
