@@ -129,7 +129,8 @@ TEST_P(RendererTags, AreFoundWithinHalfAPixelT5) {
     }
     EXPECT_LT(errors.mean(), 0.3);
     const bool table = rig.cameras[GetParam()].role == CameraRole::table;
-    EXPECT_GE(errors.corners / 4, table ? 8 : 5) << "tags found at " << time << " s";
+    // The head looks over the hand, which covers some of the table's sheets.
+    EXPECT_GE(errors.corners / 4, table ? 8 : 4) << "tags found at " << time << " s";
     if (table) {
       const auto head_tags = std::count_if(errors.mean_by_id.begin(), errors.mean_by_id.end(),
                                            [](const auto& entry) { return entry.first >= 20; });

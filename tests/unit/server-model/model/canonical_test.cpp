@@ -12,9 +12,10 @@ namespace {
 using namespace test;
 
 TEST(CanonicalForm, TheEmptyDocumentHasAKnownHash) {
-  // sha256 of: u64 17, "handloft document", u32 1, u64 0, u64 0, u64 1; little-endian.
-  EXPECT_EQ(canonical_bytes({}).size(), 8U + 17 + 4 + 8 + 8 + 8);
-  EXPECT_EQ(document_hash({}), "88668fb03fcb9d3aa1820ef8897551e6149630c08662614b8b34730dc4536963");
+  // sha256 of: u64 17, "handloft document", u32 1, u64 0, u64 0, u64 1, u64 0 (the present alternative), u64 1 (how
+  // many there are), u64 4, "main", u8 0; little-endian.
+  EXPECT_EQ(canonical_bytes({}).size(), 8U + 17 + 4 + 8 + 8 + 8 + 8 + 8 + 8 + 4 + 1);
+  EXPECT_EQ(document_hash({}), "00c248f792772011ae564c3b09da2c6d944be9d5a06fd71d2f7273d2197780a3");
 }
 
 TEST(CanonicalForm, DoesNotDependOnTheWayThere) {
