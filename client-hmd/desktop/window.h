@@ -1,7 +1,7 @@
 #pragma once
 // A GLFW window with mouse and keyboard standing in for the head (V4, V6): left button orbits, right or
 // middle button pans, the wheel zooms; S takes a screenshot, 1, 2, 3 look from the designer's side, the front
-// and the top, H follows the tracked head, Q or Escape ends.
+// and the top, H follows the tracked head, D shows distances to references, Q or Escape ends.
 
 #include <functional>
 #include <memory>
@@ -19,6 +19,7 @@ struct WindowInput {
   bool close = false;
   bool screenshot = false;
   bool toggle_head = false;
+  bool toggle_distances = false;
 };
 
 class Window {

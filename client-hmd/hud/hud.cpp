@@ -38,6 +38,7 @@ class Layout {
   float text_height() const { return text_; }
   float line_height() const { return 2.1F * text_; }
   float margin() const { return 1.1F * text_; }
+  float measure(std::string_view text) const { return measure_(text) * text_; }
 
   float words_width(const std::vector<Words>& words) const {
     float sum = 0.0F;
@@ -46,11 +47,14 @@ class Layout {
   }
 
   /// A panel with `words` and, behind them, `extra_width` left free; returns where the free room begins.
-  glm::vec2 line(const std::vector<Words>& words, bool right, bool bottom, float extra_width = 0.0F) {
+  /// `row`: so many lines from the edge.
+  glm::vec2 line(const std::vector<Words>& words, bool right, bool bottom, float extra_width = 0.0F,
+                 int row = 0) {
     const float inner = words_width(words) + (extra_width > 0.0F ? gap() + extra_width : 0.0F);
     const float panel_width = inner + 2.0F * padding();
     const float x = right ? width_ - margin() - panel_width : margin();
-    const float y = bottom ? height_ - margin() - line_height() : margin();
+    const float from_edge = margin() + static_cast<float>(row) * 1.25F * line_height();
+    const float y = bottom ? height_ - from_edge - line_height() : from_edge;
     overlay.panels.push_back({{x, y}, {panel_width, line_height()}, line_height() / 2.0F, paper});
     float pen = x + padding();
     const float baseline = y + 0.5F * line_height() + 0.36F * text_;
@@ -90,6 +94,42 @@ std::string_view representation_words(Representation representation) {
   return "";
 }
 
+/// At most `longest` bytes, cut between characters.
+std::string shortened(const std::string& text, std::size_t longest) {
+  if (text.size() <= longest) return text;
+  std::size_t end = longest;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + "…";
+}
+
+/// What the colours of distances mean: a bar from the one end to the other, and the range in words.
+void add_legend(const HudStatus& status, Layout& layout, int row) {
+  if (status.references == 0 || status.compared == 0) {
+    const char* reason = status.references == 0 ? "no reference" : "not measured yet";
+    layout.line({{"Distance", faint_ink}, {reason, ink}}, true, false, 0.0F, row);
+    return;
+  }
+  constexpr int steps = 16;
+  const std::string range = fmt::format("{:.3g} mm", 1e3F * status.distances->range_m);
+  const std::string highest = "+" + range;
+  const float gap = 0.6F * layout.text_height();
+  const float bar_width = 8.0F * layout.text_height();
+  const float bar_height = 0.8F * layout.text_height();
+  const glm::vec2 free = layout.line({{"Distance to the reference", faint_ink}, {"−" + range, ink}}, true,
+                                     false, bar_width + gap + layout.measure(highest), row);
+  for (int i = 0; i < steps; ++i) {
+    const float share = 2.0F * (static_cast<float>(i) + 0.5F) / steps - 1.0F;
+    const glm::vec2 corner{free.x + bar_width * static_cast<float>(i) / steps, free.y - bar_height / 2.0F};
+    layout.overlay.panels.push_back(
+        {corner, {bar_width / steps, bar_height}, 0.0F, distance_colour_srgb(share)});
+  }
+  layout.overlay.texts.push_back({highest,
+                                  {free.x + bar_width + gap, free.y + 0.36F * layout.text_height()},
+                                  layout.text_height(),
+                                  ink,
+                                  TextAlign::left});
+}
+
 }  // namespace
 
 std::optional<Duration> model_lag(const TrackingStatus& tracking, const ModelState& model, TimePoint now) {
@@ -122,7 +162,9 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
   for (const std::string& name : status.others) top_left.push_back({name, faint_ink});
   layout.line(top_left, false, false);
 
-  if (status.lag && *status.lag > lag_threshold) {
+  const bool lags = status.lag && *status.lag > lag_threshold;
+  const bool tells_time = lags || status.latency_ms;
+  if (lags) {
     layout.line({{fmt::format("⚠ Model {:.1f} s behind", to_seconds(*status.lag)), warning_ink}}, true,
                 false);
   } else if (status.latency_ms) {
@@ -165,10 +207,25 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
     model.push_back({"acts on " + status.target, pressing_bar * glm::vec4(0.85F, 0.85F, 0.85F, 1.0F)});
   model.push_back({plural(status.shapes, "shape"), faint_ink});
   model.push_back({plural(status.surfaces, "surface"), faint_ink});
+  if (status.references > 0) model.push_back({plural(status.references, "reference"), faint_ink});
   model.push_back({plural(status.points, "point"), faint_ink});
   if (status.history.undo_steps > 0) model.push_back({fmt::format("↶ {}", status.history.undo_steps), ink});
   if (status.history.redo_steps > 0) model.push_back({fmt::format("↷ {}", status.history.redo_steps), ink});
-  if (status.has_scene) layout.line(model, true, true);
+  if (!status.has_scene) return std::move(layout.overlay);
+  layout.line(model, true, true);
+  // The palette is below in most views, so these are above, under what is told of time.
+  int row = tells_time ? 1 : 0;
+  const std::vector<std::string>& names = status.alternatives.names;
+  if (names.size() > 1) {
+    constexpr std::size_t longest_name = 40;
+    const auto present = std::find(names.begin(), names.end(), status.alternatives.present);
+    const auto number = std::min<std::ptrdiff_t>(present - names.begin() + 1, std::ssize(names));
+    layout.line({{"Alternative", faint_ink},
+                 {shortened(status.alternatives.present, longest_name), ink},
+                 {fmt::format("{} of {}", number, names.size()), faint_ink}},
+                true, false, 0.0F, row++);
+  }
+  if (status.distances) add_legend(status, layout, row);
   return std::move(layout.overlay);
 }
 

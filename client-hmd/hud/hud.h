@@ -29,7 +29,11 @@ struct HudStatus {
   std::optional<float> range;       ///< Of a push, 0..1 (A16); while there is a disk.
   std::vector<std::string> others;  ///< Who else is here.
   std::size_t shapes = 0, surfaces = 0, points = 0;
-  std::string selected;  ///< Name of the shape that gestures act on.
+  std::size_t references = 0;              ///< Imported, to design around (A28).
+  std::optional<DistanceScale> distances;  ///< Shown: with a legend.
+  std::size_t compared = 0;                ///< Shapes whose distances are known.
+  Alternatives alternatives;               ///< Told when there is more than one.
+  std::string selected;                    ///< Name of the shape that gestures act on.
   std::optional<Representation> representation;
   std::string target;  ///< Name of what the hand would act on, where that is not what is selected.
   History history;

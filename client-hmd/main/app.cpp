@@ -115,6 +115,7 @@ class App {
           film_ = FilmFeed::start(*options_.tracking, log_.component("film"));
         }
       }
+      if (input.toggle_distances) distances_ = !distances_;
       if (input.screenshot) save_from_window(begin);
       width_px_ = window->width_px();
       height_px_ = window->height_px();
@@ -153,6 +154,7 @@ class App {
     request.now = now;
     request.display_time = now + options_.display_latency;
     request.late_warp = late_warp;
+    if (distances_) request.distances = DistanceScale{static_cast<float>(options_.distance_range_mm / 1e3)};
     if (tracking_ != nullptr) request.latency_ms = model_->statistics().capture_to_receipt.quantile_ms(0.5);
     return compose_frame(request, {model, tracking_.get(), film_.get()},
                          [this](std::string_view text) { return renderer_->measure_text(text); });
@@ -238,6 +240,7 @@ class App {
   std::unique_ptr<Renderer> renderer_;
   OrbitCamera orbit_;
   CameraMode camera_ = options_.camera;
+  bool distances_ = options_.distances;
   int width_px_ = options_.width_px;
   int height_px_ = options_.height_px;
   TimePoint started_;

@@ -141,9 +141,16 @@ HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
     if (!activity.name.empty() && activity.client_id != 0) status.others.push_back(activity.name);
   }
   status.history = model.scene->history;
+  status.alternatives = model.scene->alternatives;
+  status.distances = request.distances;
   for (const auto& [id, entity] : model.scene->entities) {
-    ++status.shapes;
-    if (entity->surface != nullptr) ++status.surfaces;
+    if (entity->kind == EntityKind::reference) {
+      ++status.references;
+    } else {
+      ++status.shapes;
+      if (entity->surface != nullptr) ++status.surfaces;
+      if (entity->distances_m != nullptr) ++status.compared;
+    }
     if (entity->points != nullptr) status.points += entity->points->points.size();
     if (entity->selected) {
       status.selected = entity->name;
@@ -166,6 +173,7 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   frame.eye = view.eye;
   frame.film = std::move(view.film);
   frame.warp = view.warp;
+  frame.distances = request.distances;
   if (tracking.hand) {
     add_cursor(sources.tracking->fingers_at(view.time), *tracking.hand,
                tracking.finger_colours.value_or(default_finger_colours), frame);

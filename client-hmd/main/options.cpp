@@ -59,6 +59,9 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("screenshot", options.screenshot, "Write a picture", {.value_name = "FILE.png"});
   table.add("screenshot_when", when, "When: idle (nothing changed for a second), end, or frames:N",
             {.value_name = "WHEN"});
+  table.add("distances", options.distances, "Colour shapes by their distances to references");
+  table.add("distance_range", options.distance_range_mm, "Distance at the ends of the colours",
+            {.min = 0.01, .max = 1000, .value_name = "MM"});
   table.add("once", options.once, "Take one screenshot of the scene as it is, then end");
   table.add("duration", duration_s, "End after so many seconds; 0: not",
             {.min = 0, .max = 1e6, .value_name = "S"});

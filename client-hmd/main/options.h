@@ -34,7 +34,9 @@ struct HmdOptions {
   double offscreen_rate_hz =
       12.0;  ///< Drawing in software must leave the processor to tracking and modelling.
   double offscreen_scale =
-      0.5;  ///< Size of frames that nobody sees, against that of the screenshot; same reason.
+      0.5;                 ///< Size of frames that nobody sees, against that of the screenshot; same reason.
+  bool distances = false;  ///< Show shapes' distances to references from the beginning (A28).
+  double distance_range_mm = 5.0;  ///< At the ends of their colours; as DistanceScale's.
   std::string log_level = "info";
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int atlas_width_px = 1024;
 constexpr int padding_px = 4;  ///< Enough that mipmaps of a label do not bleed into the neighbour.
-constexpr std::u32string_view signs = U"·•●○–—±²°µ×↶↷◐◠✚∴⌖⇄⚠…";
+constexpr std::u32string_view signs = U"·•●○–—−±²°µ×↶↷◐◠✚∴⌖⇄⚠…";
 
 std::string find_font_file(std::string_view family) {
   const std::unique_ptr<FcConfig, decltype(&FcConfigDestroy)> config(FcInitLoadConfigAndFonts(),

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client-hmd/mirror/scene.h"
+#include "client-hmd/render/distance_map.h"
 #include "client-hmd/render/image.h"
 #include "client-hmd/view/pinhole.h"
 #include "common/base/table_palette.h"
@@ -85,6 +86,7 @@ struct Frame {
   std::vector<DiskHint> disks;                                ///< One a closed hand.
   std::vector<std::shared_ptr<const SceneCurve>> air_curves;  ///< Being drawn; never null.
   std::optional<PaletteCommand> touched;                      ///< The palette's cell under the hand.
+  std::optional<DistanceScale> distances;                     ///< Shapes show theirs (A28); references fade.
   Overlay overlay;
   glm::mat3 warp{1.0F};  ///< rotation_warp(): drawn pixel from display pixel.
 };

@@ -198,6 +198,7 @@ struct Renderer::Implementation {
       stage.update_shadow(*scene, surfaces, points);
     }
 
+    surfaces.show_distances(frame.distances);
     targets.bind_picture();
     glViewport(0, 0, width, height);
     glDepthMask(GL_TRUE);

@@ -161,6 +161,128 @@ TEST_F(Rendering, DrawsAMarkerOnItsFilmedImage_V1) {
   }
 }
 
+/// The shell with a reference that is the same shell, moved by `offset_m` upwards; `distance_m` of a vertex
+/// at a place. Nothing else is to be seen of the shape.
+std::shared_ptr<const Scene> compared_scene(float offset_m,
+                                            const std::function<float(const Vec3f&)>& distance_m) {
+  auto scene = std::make_shared<Scene>(*test::synthetic_scene(Representation::surface));
+  auto shape = std::make_shared<Entity>(*scene->entities.at("top"));
+  auto distances = std::make_shared<std::vector<float>>();
+  for (const SurfaceVertex& vertex : shape->surface->vertices)
+    distances->push_back(distance_m(vertex.position));
+  shape->distances_m = distances;
+  shape->selected = false;
+  scene->entities["top"] = shape;
+  auto mesh = std::make_shared<SurfaceMesh>(*shape->surface);
+  for (SurfaceVertex& vertex : mesh->vertices) {
+    vertex.position.z += offset_m;
+    vertex.opacity = vertex.opacity > 0.5F ? 1.0F : 0.0F;
+  }
+  auto board = std::make_shared<Entity>();
+  board->id = board->name = "board";
+  board->kind = EntityKind::reference;
+  board->representation = Representation::surface;
+  board->surface = mesh;
+  scene->entities["board"] = board;
+  return scene;
+}
+
+bool is_blue(const std::uint8_t* p) {
+  return p[2] > p[0] + 40 && p[2] > p[1] + 15;
+}
+bool is_orange(const std::uint8_t* p) {
+  return p[0] > p[2] + 60 && p[0] > p[1] + 20 && p[1] > p[2] + 5;
+}
+/// Nearly without colour.
+bool is_grey(const std::uint8_t* p) {
+  return std::abs(p[0] - p[1]) < 25 && std::abs(p[1] - p[2]) < 25;
+}
+
+int count_if(const Image& image, const std::function<bool(const std::uint8_t*)>& is_marked) {
+  int count = 0;
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) count += is_marked(&image.rgba[i]) ? 1 : 0;
+  return count;
+}
+
+TEST_F(Rendering, ColoursShapesByTheirDistances_A28) {
+  // The reference is beneath the table: not to be seen. From -6 mm on the left to 6 mm on the right.
+  const auto scene = compared_scene(-0.1F, [](const Vec3f& place) { return 0.2F * place.x; });
+  Frame frame = frame_of(scene, 960, 540);
+  const Image plain = draw(frame);
+  EXPECT_EQ(count_if(plain, is_orange), 0) << "off by default";
+
+  frame.distances = DistanceScale{};
+  HudStatus status;
+  status.model_connected = status.has_scene = true;
+  status.shapes = status.surfaces = status.references = status.compared = 1;
+  status.distances = frame.distances;
+  status.alternatives = {"flat", {"main", "flat"}};
+  const Image bare = draw(frame);
+  const glm::dvec2 negative = centroid(bare, [](const std::uint8_t* p) { return is_blue(p); });
+  const glm::dvec2 positive = centroid(bare, [](const std::uint8_t* p) { return is_orange(p); });
+  EXPECT_LT(negative.x + 40.0, positive.x) << negative.x << " " << positive.x;
+  EXPECT_NEAR(negative.y, positive.y, 30.0);
+
+  frame.overlay =
+      layout_hud(status, 960, 540, [this](std::string_view text) { return renderer_->measure_text(text); });
+  RenderOptions still;
+  still.supersampling = 2;
+  expect_golden(draw(frame, still), "client_distances");
+}
+
+TEST_F(Rendering, DistancesAreClampedAtTheRangeAndGreyAtNought_A28) {
+  const auto constant = [this](float distance_m, float range_m) {
+    Frame frame = frame_of(compared_scene(-0.1F, [distance_m](const Vec3f&) { return distance_m; }));
+    frame.distances = DistanceScale{range_m};
+    return draw(frame);
+  };
+  const Image low = constant(-0.005F, 0.005F);
+  const Image nought = constant(0.0F, 0.005F);
+  const Image high = constant(0.005F, 0.005F);
+  const std::size_t middle = 4 * (112 * 480 + 222);
+  EXPECT_TRUE(is_blue(&low.rgba[middle]));
+  EXPECT_TRUE(is_grey(&nought.rgba[middle]));
+  EXPECT_TRUE(is_orange(&high.rgba[middle]));
+  EXPECT_GT(nought.rgba[middle], 150) << "light";
+  EXPECT_EQ(constant(-0.5F, 0.005F).rgba, low.rgba) << "beyond is as at the end";
+  EXPECT_EQ(constant(0.010F, 0.010F).rgba, high.rgba) << "the range is the unit";
+  EXPECT_GT(*mean_absolute_difference(constant(0.0025F, 0.005F), high), 0.5);
+}
+
+TEST_F(Rendering, ReferencesAreMutedAndFadeWhileDistancesAreShown_A28) {
+  // The reference is over the shape and hides it.
+  const auto inside = compared_scene(0.004F, [](const Vec3f&) { return -0.004F; });
+  Frame frame = frame_of(inside);
+  const Image hidden = draw(frame);
+  const Image shape_alone = draw(frame_of(test::synthetic_scene(Representation::surface)));
+  const std::size_t middle = 4 * (112 * 480 + 222);
+  EXPECT_TRUE(is_grey(&hidden.rgba[middle])) << "dull";
+  EXPECT_GT(*mean_absolute_difference(hidden, shape_alone), 0.5);
+  // Matt: no pixel of it is as bright as a shape's reflections.
+  const auto brightest = [](const Image& image) {
+    int most = 0;
+    for (int y = 95; y < 115; ++y) {
+      for (int x = 205; x < 240; ++x) {
+        most = std::max<int>(most, image.rgba[4 * static_cast<std::size_t>(y * image.width_px + x) + 1]);
+      }
+    }
+    return most;
+  };
+  EXPECT_LT(brightest(hidden) + 20, brightest(shape_alone));
+
+  EXPECT_FALSE(is_blue(&hidden.rgba[middle]));
+  frame.distances = DistanceScale{};
+  const Image faded = draw(frame);
+  EXPECT_TRUE(is_blue(&faded.rgba[middle])) << "a shape inside of its reference is seen";
+  // A later scene without distances, in the same renderer, has none left over.
+  auto unmeasured = std::make_shared<Scene>(*inside);
+  auto shape = std::make_shared<Entity>(*unmeasured->entities.at("top"));
+  shape->distances_m = nullptr;
+  unmeasured->entities["top"] = shape;
+  frame.scene = unmeasured;
+  EXPECT_FALSE(is_blue(&draw(frame).rgba[middle]));
+}
+
 TEST_F(Rendering, RefusesImpossiblePictures) {
   Frame frame = frame_of(nullptr);
   frame.eye.pinhole.width_px = 0;

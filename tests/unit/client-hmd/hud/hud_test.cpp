@@ -70,6 +70,9 @@ TEST(Hud, StaysInsideThePictureAtAnySize) {
   status.symmetry = true;
   status.target = "side";
   status.latency_ms = 11.0;
+  status.references = status.compared = 1;
+  status.distances = DistanceScale{};
+  status.alternatives = {"flat", {"main", "flat"}};
   status.selected = "top";
   status.representation = Representation::both;
   status.history.undo_steps = 3;
@@ -96,6 +99,45 @@ TEST(Hud, TellsModeRangeAndTarget_A25) {
   EXPECT_THAT(all_text(status), testing::HasSubstr("Range 42 %"));
   EXPECT_THAT(all_text(status), testing::Not(testing::HasSubstr("draws")));
   EXPECT_THAT(all_text(status), testing::HasSubstr("acts on side"));
+}
+
+TEST(Hud, NamesThePresentAlternativeWhenThereAreSeveral_A28) {
+  HudStatus status = live();
+  status.alternatives = {"main", {"main"}};
+  EXPECT_THAT(all_text(status), testing::Not(testing::HasSubstr("Alternative")));
+  status.alternatives = {"flat", {"main", "flat", "round"}};
+  EXPECT_THAT(all_text(status), testing::HasSubstr("Alternative|flat|2 of 3"));
+  status.alternatives.present = status.alternatives.names[1] = std::string(39, 'x') + "ü and more";
+  EXPECT_THAT(all_text(status), testing::HasSubstr(std::string(39, 'x') + "…|")) << "cut between characters";
+}
+
+TEST(Hud, LegendStatesTheRangeOfDistances_A28) {
+  HudStatus status = live();
+  status.references = status.compared = 1;
+  EXPECT_THAT(all_text(status), testing::HasSubstr("1 reference|"));
+  EXPECT_THAT(all_text(status), testing::Not(testing::HasSubstr("mm"))) << "not shown";
+  status.distances = DistanceScale{};
+  EXPECT_THAT(all_text(status), testing::AllOf(testing::HasSubstr("−5 mm|"), testing::HasSubstr("+5 mm|")));
+  status.distances->range_m = 0.0125F;
+  EXPECT_THAT(all_text(status), testing::HasSubstr("+12.5 mm|"));
+  status.compared = 0;
+  EXPECT_THAT(all_text(status), testing::HasSubstr("not measured yet"));
+  status.references = 0;
+  EXPECT_THAT(all_text(status), testing::HasSubstr("no reference"));
+}
+
+TEST(Hud, LegendRunsFromBlueToOrange_A28) {
+  HudStatus status = live();
+  const std::size_t before = layout_hud(status, 1280, 720, half_an_em).panels.size();
+  status.references = status.compared = 1;
+  status.distances = DistanceScale{};
+  const std::vector<OverlayPanel> panels = layout_hud(status, 1280, 720, half_an_em).panels;
+  ASSERT_GT(panels.size(), before + 3);
+  const OverlayPanel& first = panels[before + 1];
+  const OverlayPanel& last = panels.back();
+  EXPECT_LT(first.position.x, last.position.x);
+  EXPECT_GT(first.fill.b, first.fill.r + 0.3F);
+  EXPECT_GT(last.fill.r, last.fill.b + 0.5F);
 }
 
 TEST(Hud, PressureBarGrowsWithPressure_V7) {

@@ -32,6 +32,18 @@ TEST(Options, ReadWhatTheDemonstrationAsksFor) {
   EXPECT_EQ(options.display_latency, std::chrono::milliseconds(11));
 }
 
+TEST(Options, ShowDistancesOnDemand_A28) {
+  const auto plain = parse({});
+  ASSERT_TRUE(plain.ok());
+  EXPECT_FALSE(plain->options.distances);
+  EXPECT_EQ(plain->options.distance_range_mm, 5.0);
+  const auto shown = parse({"--distances", "--distance-range", "2.5"});
+  ASSERT_TRUE(shown.ok()) << shown.error().describe();
+  EXPECT_TRUE(shown->options.distances);
+  EXPECT_EQ(shown->options.distance_range_mm, 2.5);
+  EXPECT_FALSE(parse({"--distance-range", "0"}).ok());
+}
+
 TEST(Options, RefuseNonsenseNamingTheOption) {
   const auto field = [](std::vector<const char*> words) {
     const auto parsed = parse(std::move(words));
