@@ -81,7 +81,7 @@ Status tessellate(const std::filesystem::path& path, ReferenceFormat format, con
   const double diagonal = std::sqrt(box.SquareExtent());
   const double chord =
       std::max(options.chord_tolerance_m / metres_per_millimetre, options.chord_fraction * diagonal);
-  BRepMesh_IncrementalMesh(*shape, chord, Standard_False, angular_tolerance_rad, Standard_False);
+  const BRepMesh_IncrementalMesh meshed(*shape, chord, Standard_False, angular_tolerance_rad, Standard_False);
   for (TopExp_Explorer faces(*shape, TopAbs_FACE); faces.More(); faces.Next()) {
     if (Status status = append_face(TopoDS::Face(faces.Current()), into, options); !status) return status;
   }

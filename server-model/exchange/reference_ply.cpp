@@ -78,7 +78,7 @@ class Body {
 
   std::optional<double> next(const Type& type) {
     if (encoding_ == Encoding::text) return to_number<double>(take_word(text_));
-    if (bytes_.size() < type.bytes) return std::nullopt;
+    if (type.bytes == 0 || bytes_.size() < type.bytes) return std::nullopt;
     std::uint64_t bits = 0;
     for (std::size_t k = 0; k < type.bytes; ++k) {
       const std::size_t place = encoding_ == Encoding::little_endian ? k : type.bytes - 1 - k;

@@ -29,7 +29,7 @@ double reference(const GridAxis& axis, double x) {
 // column i is (2 - [n = 0]) / k T_n(x_i).
 struct ChebyshevTable {
   std::array<double, max_axis_nodes> node{};
-  std::array<double, max_axis_nodes * max_axis_nodes> coefficient{};
+  std::array<double, std::size_t{max_axis_nodes} * max_axis_nodes> coefficient{};
 };
 
 const ChebyshevTable& table(int k) {
@@ -41,8 +41,8 @@ const ChebyshevTable& table(int k) {
         const double angle = (2 * i + 1) * std::numbers::pi / (2 * nodes);
         one.node[static_cast<std::size_t>(i)] = std::cos(angle);
         for (int n = 0; n < nodes; ++n) {
-          one.coefficient[static_cast<std::size_t>(n * nodes + i)] =
-              (n == 0 ? 1.0 : 2.0) / nodes * std::cos(n * angle);
+          one.coefficient[static_cast<std::size_t>(n) * static_cast<std::size_t>(nodes) +
+                          static_cast<std::size_t>(i)] = (n == 0 ? 1.0 : 2.0) / nodes * std::cos(n * angle);
         }
       }
     }
@@ -150,7 +150,8 @@ void add_gaussians(const GaussGrid& to, const GaussGrid& from, std::span<const Q
       }
     }
     grid_loops().gaussians(scratch.matrices[axis].data(),
-                           static_cast<std::size_t>(rows.nodes * columns.nodes), rate);
+                           static_cast<std::size_t>(rows.nodes) * static_cast<std::size_t>(columns.nodes),
+                           rate);
   }
   contract(sources.data(), from, to, scratch.matrices[0].data(), scratch.matrices[1].data(),
            scratch.matrices[2].data(), scratch, values);
@@ -174,7 +175,7 @@ void hand_down(const GaussGrid& from, std::span<const Quad> coefficients, const 
     const GridAxis &rows = to.axes[axis], &columns = from.axes[axis];
     for (int i = 0; i < rows.nodes; ++i) {
       chebyshev(reference(columns, rows.node(i)), columns.nodes,
-                scratch.matrices[axis].data() + i * columns.nodes);
+                scratch.matrices[axis].data() + static_cast<std::ptrdiff_t>(i) * columns.nodes);
     }
   }
   contract(coefficients.data(), from, to, scratch.matrices[0].data(), scratch.matrices[1].data(),

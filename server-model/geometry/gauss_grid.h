@@ -24,7 +24,11 @@ struct GridAxis {
 
 struct GaussGrid {
   std::array<GridAxis, 3> axes;
-  std::size_t size() const { return static_cast<std::size_t>(axes[0].nodes * axes[1].nodes * axes[2].nodes); }
+  std::size_t size() const {
+    std::size_t product = 1;
+    for (const GridAxis& axis : axes) product *= static_cast<std::size_t>(axis.nodes);
+    return product;
+  }
 };
 
 /// The grid over a box on which Gaussians of `rate` are interpolated to within about `tolerance`; size() is 0

@@ -39,6 +39,7 @@ double distance_to_segment(const Vec2& p, const Vec2& a, const Vec2& b) {
 /// it.
 std::vector<Vec2> simplified(std::span<const Vec2> polygon, double tolerance) {
   const std::size_t count = polygon.size();
+  if (count == 0) return {};
   std::size_t far = 0;
   for (std::size_t i = 0; i < count; ++i) {
     if ((polygon[i] - polygon[0]).norm() > (polygon[far] - polygon[0]).norm()) far = i;

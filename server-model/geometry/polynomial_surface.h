@@ -36,10 +36,10 @@ struct Monomial {
 constexpr std::size_t monomial_index(int i, int j) {
   const int degree = i + j;
   if (degree == 0) return 0;
-  const int before = coefficient_count(degree - 1);
-  if (j == 0) return static_cast<std::size_t>(before + degree - 1);
-  if (i == 0) return static_cast<std::size_t>(before + degree);
-  return static_cast<std::size_t>(before + j - 1);
+  const auto before = static_cast<std::size_t>(coefficient_count(degree - 1));
+  if (j == 0) return before + static_cast<std::size_t>(degree) - 1;
+  if (i == 0) return before + static_cast<std::size_t>(degree);
+  return before + static_cast<std::size_t>(j) - 1;
 }
 
 /// The coefficient_count(degree) terms in the order of eq. 2. Precondition: degree in 0..max_degree.

@@ -87,7 +87,7 @@ Sources::Sources(const PointTree& points, std::span<const Contact> contacts, dou
       if (node.size() < min_grid_contacts) continue;
       all[i].grid = gauss_grid(node, rate, tolerance);
       // A grid of as many nodes as there are contacts would gain nothing.
-      if (all[i].grid.size() == 0 || all[i].grid.size() > 4 * node.size()) continue;
+      if (all[i].grid.size() == 0 || all[i].grid.size() > std::size_t{4} * node.size()) continue;
       all[i].values.resize(all[i].grid.size());
       for (auto slot = node.begin; slot < node.end; ++slot) {
         anterpolate(all[i].grid, tree.points()[slot], values[slot], all[i].values);
@@ -141,7 +141,7 @@ class Walk {
     for (int e = 0; e < expansions_; ++e) {
       const auto k = static_cast<std::size_t>(e);
       local.grids[k] = gauss_grid(box, rate(e), tolerance_);
-      if (local.grids[k].size() == 0 || local.grids[k].size() > 8 * box.size()) return false;
+      if (local.grids[k].size() == 0 || local.grids[k].size() > std::size_t{8} * box.size()) return false;
     }
     return true;
   }

@@ -167,7 +167,7 @@ void HandProgram::follow_fingertips(std::string label, std::function<FingerPoint
 }
 
 void HandProgram::act(HandEvent::Kind kind, std::string label, std::function<Vector3d(double)> path,
-                      double duration_s, std::function<double(double)> pressure, Posture with) {
+                      double duration_s, std::function<double(double)> pressure, const Posture& with) {
   // The palm does not move while the fingers do.
   const Vector3d unfolded = with.tilt * (centroid(hand_shape(HandPose::open).fingertips_m) -
                                          centroid(hand_shape(with.pose).fingertips_m));

@@ -121,7 +121,7 @@ class HandProgram {
   };
   void move_to(const Posture& target);
   void act(HandEvent::Kind kind, std::string label, std::function<Eigen::Vector3d(double)> path,
-           double duration_s, std::function<double(double)> pressure, Posture with);
+           double duration_s, std::function<double(double)> pressure, const Posture& with);
   void append(Segment segment);
   void follow(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
               std::function<double(double)> pressure, const Posture& begin, const Posture& end);
