@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "server-model/geometry/pca_frame.h"
+#include "server-model/geometry/residual_matching.h"
 #include "server-model/geometry/symmetry.h"
 #include "server-model/model/operations/fitting.h"
 #include "server-model/model/operations/operations.h"
@@ -23,7 +24,7 @@ using geometry::WeightedPoint;
 
 struct Edited {
   DualShape shape;
-  std::vector<Curve> kept;  ///< Points that are to join the shape, world.
+  std::vector<Curve> kept;  ///< Points on the surface that are to join the shape, world.
   double kept_pressure = 0;
 };
 
@@ -54,9 +55,12 @@ Result<geometry::ProfileFitter> current_fitter(DualShape& shape, std::vector<Wei
   points = local_points(shape);
   auto fitter = geometry::ProfileFitter::create(points, shape.fit->surface);
   if (fitter || fitter.error().code != ErrorCode::failed_precondition) return fitter;
-  // Far from the world's origin, rounding alone may have moved the points.
+  // Far from the world's origin, rounding alone may have moved the points; and where the optimum is the base
+  // plane itself, all of its heights are rounding. A fit just made is the optimum, whatever they are.
   if (auto status = refit_alone(shape); !status) return status.error();
-  return geometry::ProfileFitter::create(points, shape.fit->surface);
+  geometry::ProfileFitter::Options just_fitted;
+  just_fitted.optimum_tolerance = std::numeric_limits<double>::max();
+  return geometry::ProfileFitter::create(points, shape.fit->surface, just_fitted);
 }
 
 std::vector<Curve> to_local(const std::vector<Curve>& strokes, const geometry::Frame& frame) {
@@ -83,7 +87,6 @@ Result<std::vector<Vec3>> temporary_points(const DualShape& shape, const std::ve
   return points;
 }
 
-/// Statistics of the shape's residuals, those of newer points being 0.
 geometry::ResidualStatistics statistics_of(const DualShape& shape, const std::vector<double>& residuals) {
   geometry::ResidualStatistics statistics;
   statistics.count = shape.points.size();
@@ -91,7 +94,7 @@ geometry::ResidualStatistics statistics_of(const DualShape& shape, const std::ve
   double weighted = 0;
   double weights = 0;
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
-    const double r = i < residuals.size() ? residuals[i] : 0.0;
+    const double r = residuals[i];
     const double weight = shape.points[i].pressure;
     sum += r * r;
     weighted += weight * (r * r);
@@ -101,6 +104,20 @@ geometry::ResidualStatistics statistics_of(const DualShape& shape, const std::ve
   if (statistics.count > 0) statistics.rms = std::sqrt(sum / static_cast<double>(statistics.count));
   if (weights > 0) statistics.weighted_rms = std::sqrt(weighted / weights);
   return statistics;
+}
+
+Status check_inside(const Vec3& place, const DualShape& shape, const Limits& limits) {
+  if (place.cwiseAbs().maxCoeff() <= limits.max_coordinate_m) return {};
+  return make_error(
+      ErrorCode::invalid_argument,
+      fmt::format("a point of \"{}\" would leave the workspace of +-{} metres, expected a nearer curve",
+                  shape.id, limits.max_coordinate_m));
+}
+
+void place(DualPoint& point, const Vec3& position) {
+  point.x = position.x();
+  point.y = position.y();
+  point.z = position.z();
 }
 
 /// z' = f1 + r for every point, by the change f1 - f0 along the frame's normal, so that x and y stay (A8).
@@ -121,39 +138,66 @@ Result<PointCloud> follow(const DualShape& shape, const std::vector<WeightedPoin
     for (DualPoint& point : chunk) {
       const Vec3& at = local[i++].position;
       const Vec3 to = point.position() + difference->value(at.x(), at.y()) * normal;
-      if (!(to.cwiseAbs().maxCoeff() <= limits.max_coordinate_m)) {
-        return make_error(
-            ErrorCode::invalid_argument,
-            fmt::format("a point of \"{}\" would leave the workspace of +-{} metres, expected a nearer curve",
-                        shape.id, limits.max_coordinate_m));
-      }
-      point.x = to.x();
-      point.y = to.y();
-      point.z = to.z();
+      if (auto status = check_inside(to, shape, limits); !status) return status.error();
+      place(point, to);
     }
     moved.append(chunk);
   }
   return moved;
 }
 
-/// Frame, degree and residuals stay; a box of `kept` points beyond the footprint widens it.
+/// Frame, degree and residuals stay. How the degree was chosen held of the points before.
 std::shared_ptr<FittedSurface> fit_after(const FittedSurface& before, const DualShape& shape,
                                          const geometry::PolynomialSurface& surface) {
   auto fit = std::make_shared<FittedSurface>(before);
   fit->surface = surface;
+  fit->cross_validated_rms_m.clear();
   std::vector<WeightedPoint> points;
   points.reserve(shape.points.size());
   for (std::size_t c = 0; c < shape.points.chunk_count(); ++c) {
     for (const DualPoint& point : shape.points.chunk(c)) points.push_back({point.position(), point.pressure});
   }
   fit->frame_drift_rad = frame_drift_rad(fit->frame, points);
-  if (fit->residuals_m.size() < shape.points.size()) {
-    fit->residuals_m.resize(shape.points.size(), 0.0);
-    for (WeightedPoint& point : points) point.position = fit->frame.to_local(point.position);
-    fit->box = geometry::footprint_box(points, geometry::Frame{});
-    fit->statistics = statistics_of(shape, fit->residuals_m);
-  }
   return fit;
+}
+
+/// Takes the residuals of points some of which a mirror placed or which are new. To rounding they should be
+/// those that leave the surface the optimum: the former ones, and 0 of new points. Where they are not, as
+/// base plane or points are not symmetric and no surface is its own mirror image, the shape is fitted again.
+Status settle(DualShape& shape) {
+  // Far within the tolerance of A8, as a fraction of the heights.
+  constexpr double rounding = 1e-11;
+  const std::vector<WeightedPoint> points = local_points(shape);
+  auto fit = std::make_shared<FittedSurface>(*shape.fit);
+  double height = 0;
+  for (const WeightedPoint& point : points) height = std::max(height, std::abs(point.position.z()));
+  fit->residuals_m = geometry::vertical_residuals(fit->surface, points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double change = std::abs(fit->residuals_m[i] - shape.residual_m(i));
+    if (!(change <= rounding * height)) return refit_alone(shape);
+  }
+  fit->box = geometry::footprint_box(points, geometry::Frame{});
+  fit->statistics = statistics_of(shape, fit->residuals_m);
+  shape.fit = std::move(fit);
+  shape.stale = false;
+  return {};
+}
+
+/// Under same-shape symmetry, every linked image exactly at the mirror image of its original (A12): the
+/// surface is its own mirror image to rounding only, or not at all when there are other points besides.
+Status mirror_within(DualShape& shape, const Limits& limits) {
+  if (shape.symmetry != SymmetryMode::same_shape) return {};
+  std::vector<DualPoint> points(shape.points.begin(), shape.points.end());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::uint32_t image = shape.mirror_partner(i);
+    if (image == DualPoint::no_partner || image < i) continue;
+    const Vec3 position = geometry::reflect_point(points[i].position(), shape.plane);
+    if (auto status = check_inside(position, shape, limits); !status) return status.error();
+    place(points[image], position);
+  }
+  shape.points = PointCloud{};
+  shape.points.append(points);
+  return settle(shape);
 }
 
 Result<Edited> edit_shape(const DualShape& original, const ProfileEdit& edit, const Limits& limits) {
@@ -173,10 +217,19 @@ Result<Edited> edit_shape(const DualShape& original, const ProfileEdit& edit, co
   auto moved = follow(shape, points, *surface, limits);
   if (!moved) return moved.error();
 
+  shape.points = std::move(*moved);
+  auto fit = fit_after(*before, shape, *surface);
+  if (!finite(*fit)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("the curve is too far away from \"{}\" to compute with", shape.id));
+  }
+  shape.fit = std::move(fit);
+  if (auto status = mirror_within(shape, limits); !status) return status.error();
+
   if (edit.keep == KeptCurves::as_points) {
     std::size_t count = geometry::kept_point_count(shape.points.size());
     if (shape.symmetry == SymmetryMode::same_shape) count = (count + 1) / 2;  // Their images join as well.
-    auto kept = geometry::curves_on_surface(*surface, *curves, count);
+    auto kept = geometry::curves_on_surface(shape.fit->surface, *curves, count);
     if (!kept) return kept.error();
     for (Curve& curve : *kept) {
       if (curve.empty()) continue;
@@ -185,13 +238,6 @@ Result<Edited> edit_shape(const DualShape& original, const ProfileEdit& edit, co
     }
     result.kept_pressure = geometry::mean_weight(points);
   }
-  shape.points = std::move(*moved);
-  auto fit = fit_after(*before, shape, *surface);
-  if (!finite(*fit)) {
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("the curve is too far away from \"{}\" to compute with", shape.id));
-  }
-  shape.fit = std::move(fit);
   return result;
 }
 
@@ -211,10 +257,7 @@ std::optional<DualShape> image_of(const DualShape& shape, const DualShape& partn
       if (original.partner != i || point.partner != i || point.pressure != original.pressure) {
         return std::nullopt;
       }
-      const Vec3 position = geometry::reflect_point(original.position(), shape.plane);
-      point.x = position.x();
-      point.y = position.y();
-      point.z = position.z();
+      place(point, geometry::reflect_point(original.position(), shape.plane));
       ++i;
     }
     image.points.append(chunk);
@@ -226,9 +269,9 @@ std::optional<DualShape> image_of(const DualShape& shape, const DualShape& partn
   return image;
 }
 
-/// Linked points of a partner that has others besides, at the mirror images of the shape's (A12); the partner
-/// is fitted to them.
-Status follow_linked(const DualShape& shape, DualShape& partner) {
+/// Linked points of a partner that has others besides, or no surface, at the mirror images of the shape's
+/// (A12).
+Status follow_linked(const DualShape& shape, DualShape& partner, const Limits& limits) {
   PointCloud points;
   std::vector<DualPoint> chunk;
   std::size_t i = 0;
@@ -239,14 +282,13 @@ Status follow_linked(const DualShape& shape, DualShape& partner) {
       const std::uint32_t original = partner.mirror_partner(i++);
       if (original >= shape.points.size()) continue;
       const Vec3 position = geometry::reflect_point(shape.points[original].position(), shape.plane);
-      point.x = position.x();
-      point.y = position.y();
-      point.z = position.z();
+      if (auto status = check_inside(position, partner, limits); !status) return status.error();
+      place(point, position);
     }
     points.append(chunk);
   }
   partner.points = std::move(points);
-  return refit_alone(partner);
+  return {};
 }
 
 ProfileEdit mirrored(const ProfileEdit& edit, const geometry::Plane& plane) {
@@ -264,10 +306,14 @@ Status add_kept(Document& document, const Edited& edited, const ProfileEdit& edi
     std::vector<DualPoint> points;
     points.reserve(curve.size());
     for (const Vec3& position : curve) {
+      // The surface is unbounded (A11), and a curve may pass where it rises far.
+      if (auto status = check_inside(position, edited.shape, limits); !status) return status;
+      if (edited.shape.symmetry != SymmetryMode::off) {
+        const Vec3 image = geometry::reflect_point(position, edited.shape.plane);
+        if (auto status = check_inside(image, edited.shape, limits); !status) return status;
+      }
       DualPoint point;
-      point.x = position.x();
-      point.y = position.y();
-      point.z = position.z();
+      place(point, position);
       point.pressure = edited.kept_pressure;
       point.time_ns = edit.time_ns;
       points.push_back(point);
@@ -281,11 +327,13 @@ Status add_kept(Document& document, const Edited& edited, const ProfileEdit& edi
 }
 
 /// Kept points lie on the surface and leave it the optimum: the fit takes them in without a refit (A20).
-void take_in_kept(Document& document, std::string_view entity) {
+/// Mirror images that do not lie there, as no surface over this base plane is its own image, do need one.
+Status take_in_kept(Document& document, std::string_view entity) {
   DualShape shape = *document.find_dual(entity);
   shape.fit = fit_after(*shape.fit, shape, shape.fit->surface);
-  shape.stale = false;
+  if (auto status = settle(shape); !status) return status.error();
   put(document, std::move(shape));
+  return {};
 }
 
 Status edit_with_partner(Document& document, const DualShape& shape, const ProfileEdit& edit,
@@ -304,21 +352,23 @@ Status edit_with_partner(Document& document, const DualShape& shape, const Profi
     } else {
       auto own = edit_shape(*partner, mirrored(edit, shape.plane), limits);
       if (!own) return own.error();
-      if (auto status = follow_linked(edited->shape, own->shape); !status) return status;
+      if (auto status = follow_linked(edited->shape, own->shape, limits); !status) return status;
+      if (auto status = refit_alone(own->shape); !status) return status;
       note_fit(own->shape, notes);
       put(document, std::move(own->shape));
     }
   } else if (partner) {
-    notes.push_back(fmt::format("\"{}\" is not fitted and does not follow \"{}\"", partner->id, shape.id));
+    DualShape own = *partner;
+    if (auto status = follow_linked(edited->shape, own, limits); !status) return status;
+    put(document, std::move(own));
   }
 
   if (edited->kept.empty()) return {};
   if (auto status = add_kept(document, *edited, edit, limits); !status) return status;
-  take_in_kept(document, shape.id);
+  if (auto status = take_in_kept(document, shape.id); !status) return status;
   if (!partner || !partner->fitted()) return {};
   if (is_image) {
-    take_in_kept(document, partner->id);
-    return {};
+    return take_in_kept(document, partner->id);
   }
   DualShape own = *document.find_dual(partner->id);
   if (auto status = refit_alone(own); !status) return status;

@@ -1,6 +1,5 @@
 // Random sequences of all operations: none leaves NaN or breaks an invariant of the document (X5, A12), and
 // undoing them one by one gives back every document to the bit, by its canonical hash (A28).
-// ModifyProfile is in the sequences of model_property_test.cpp, which ask less of it.
 // A new operation is one more row of `makers`; what it must keep is one more line of broken_invariant().
 
 #include <fmt/format.h>
@@ -52,7 +51,8 @@ v1::Vec3 any_vector() {
 }
 
 std::string any_id() {
-  return *rc::gen::element<std::string>("a", "b", "a-mirror", "b-mirror", "shape-1", "shape-2");
+  return *rc::gen::element<std::string>("a", "b", "a-mirror", "b-mirror", "shape-1", "shape-2",
+                                        "reference-1");
 }
 
 std::uint32_t small_number(int below) {
@@ -229,6 +229,38 @@ const std::array makers{
               pose.set_time_ns(11'000'000LL * i);
             }
           }},
+    Maker{"modify_profile", 3,
+          [](const std::string& id, v1::Operation& operation) {
+            auto& request = *operation.mutable_modify_profile();
+            for (int k = in_range(1, 3); k > 0; --k) {
+              auto& curve = *request.add_curves();
+              for (int i = in_range(0, 12); i > 0; --i) *curve.add_points() = any_point();
+              switch (in_range(0, 4)) {
+                case 0:
+                  curve.set_entity(id);
+                  break;
+                case 1:
+                  curve.add_split_at(0.1 * in_range(0, 11));
+                  curve.add_split_entities(id);
+                  curve.add_split_entities(*rc::gen::element(any_id(), std::string("")));
+                  break;
+                default:
+                  break;
+              }
+            }
+            if (in_range(0, 3) == 0) {
+              for (int k = in_range(1, 3); k > 0; --k) request.add_entities(any_id());
+            }
+            request.set_keep_as_points(in_range(0, 2) == 0);
+          }},
+    Maker{"import_reference", 1,
+          [](const std::string& id, v1::Operation& operation) {
+            auto& request = *operation.mutable_import_reference();
+            request.set_id(*rc::gen::element(id, std::string("")));
+            for (int i = 0; i < 12; ++i)
+              request.mutable_resolved()->add_positions(0.01F * static_cast<float>(in_range(-20, 20)));
+            for (int i = 0; i < 6; ++i) request.mutable_resolved()->add_indices(small_number(4));
+          }},
     Maker{"new_alternative", 1,
           [](const std::string& id, v1::Operation& operation) {
             operation.mutable_new_alternative()->set_name(*rc::gen::element(id, std::string("")));
@@ -321,6 +353,31 @@ std::string broken_link(const Document& document, const DualShape& shape) {
   return "";
 }
 
+/// The surface of a current fit is the optimum of its points (A8): sum of theta r u^i v^j = 0 for i + j <= N.
+std::string broken_optimum(const DualShape& shape, const std::vector<double>& error_allowed) {
+  const FittedSurface& fit = *shape.fit;
+  const geometry::Box2& box = fit.surface.box();
+  const auto scaled = [](double x, double half_extent) { return half_extent > 0 ? x / half_extent : x; };
+  for (int i = 0; i <= fit.surface.degree(); ++i) {
+    for (int j = 0; i + j <= fit.surface.degree(); ++j) {
+      double gradient = 0;
+      double allowed = 0;
+      for (std::size_t k = 0; k < shape.points.size(); ++k) {
+        const geometry::Vec3 p = fit.frame.to_local(shape.points[k].position());
+        const double monomial = std::pow(scaled(p.x() - box.centre.x(), box.half_extent.x()), i) *
+                                std::pow(scaled(p.y() - box.centre.y(), box.half_extent.y()), j);
+        gradient += shape.points[k].pressure * fit.residuals_m[k] * monomial;
+        allowed += shape.points[k].pressure * error_allowed[k] * std::abs(monomial);
+      }
+      if (!(std::abs(gradient) <= allowed)) {
+        return fmt::format("a current fit that is not the optimum: gradient {}, allowed {}", gradient,
+                           allowed);
+      }
+    }
+  }
+  return "";
+}
+
 std::string broken_fit(const DualShape& shape) {
   const FittedSurface& fit = *shape.fit;
   const geometry::Mat3& r = fit.frame.rotation;
@@ -343,6 +400,7 @@ std::string broken_fit(const DualShape& shape) {
   if (fit.residuals_m.size() > shape.points.size()) return "residuals of points that are gone";
   if (shape.stale) return "";
   if (fit.residuals_m.size() != shape.points.size()) return "a current fit without all residuals";
+  std::vector<double> error_allowed;
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     const geometry::Vec3 p = fit.frame.to_local(shape.points[i].position());
     const double r_now = p.z() - fit.surface.value(p.x(), p.y());
@@ -353,8 +411,9 @@ std::string broken_fit(const DualShape& shape) {
           "a residual that is not the point's: {} instead of {}, slope {}, degree {}, point {} of {}",
           fit.residuals_m[i], r_now, steepness, fit.surface.degree(), i, shape.points.size());
     }
+    error_allowed.push_back(1e-9 * (1 + p.norm()) * steepness);
   }
-  return "";
+  return broken_optimum(shape, error_allowed);
 }
 
 std::string broken_shape(const Document& document, const DualShape& shape, const Limits& limits) {

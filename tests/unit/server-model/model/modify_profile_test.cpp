@@ -394,6 +394,86 @@ TEST(ModifyProfile, A12_APartnerWithPointsOfItsOwnIsEditedByTheMirroredCurve) {
             (std::vector<std::string>{"a"}));
 }
 
+/// The residuals are those of the points, and every linked pair is one of mirror images.
+void expect_consistent(const Document& document, const DualShape& shape) {
+  EXPECT_FALSE(shape.stale);
+  ASSERT_EQ(shape.fit->residuals_m.size(), shape.points.size());
+  const DualShape& other = shape.partner.empty() ? shape : *document.find_dual(shape.partner);
+  for (std::size_t i = 0; i < shape.points.size(); ++i) {
+    EXPECT_NEAR(shape.residual_m(i), height_over(shape, shape.points[i].position()), 1e-13) << i;
+    if (shape.mirror_partner(i) == DualPoint::no_partner) continue;
+    const Vec3 image = geometry::reflect_point(shape.points[i].position(), shape.plane);
+    EXPECT_LE((other.points[shape.mirror_partner(i)].position() - image).norm(), 1e-15) << i;
+  }
+}
+
+TEST(ModifyProfile, A12_A20_ImagesStayExactWhereNoSurfaceIsItsOwnImage) {
+  // Points without images, fitted before there was a symmetry: neither they nor the base plane are symmetric.
+  const auto tilted = [](const Vec3& p) { return point(p.x(), p.y(), 0.01 + 0.4 * p.x() + 0.1 * p.y()); };
+  std::vector<v1::Point> own;
+  for (const auto& p : random_points(40, 40, 0.01)) {
+    own.push_back(tilted({p.position().x(), p.position().y(), 0}));
+  }
+  const Document before =
+      applied({}, {create("a"), add("a", own), fit("a"), symmetry("a", v1::SetSymmetry::SAME_SHAPE),
+                   add("a", random_points(30, 41, 0.02)), fit("a")});
+  expect_consistent(before, *before.find_dual("a"));
+  for (const bool keep : {false, true}) {
+    const Document after = must(before, profile({curve(arch(0.02, 0.01, 0.02), "a")}, keep)).document;
+    const DualPtr b = after.find_dual("a");
+    ASSERT_EQ(b->points.size(), keep ? 110U : 100U);
+    expect_consistent(after, *b);
+    EXPECT_LE(refit_error(*b), 1e-9);
+    EXPECT_EQ(b->fit->frame.rotation, before.find_dual("a")->fit->frame.rotation);
+    if (!keep) continue;
+    // The images of kept points do not lie on the surface: that is what this test is about.
+    double off = 0;
+    for (std::size_t i = 100; i < 110; ++i) off = std::max(off, std::abs(b->residual_m(i)));
+    EXPECT_GT(off, 1e-4);
+  }
+}
+
+TEST(ModifyProfile, A12_TheLinkedPointsOfAPartnerWithoutASurfaceFollow) {
+  // Fitted before it had a partner, which thus has none.
+  const Document before =
+      applied({}, {create("a"), add("a", random_points(60, 42, 0.05)), fit("a"),
+                   symmetry("a", v1::SetSymmetry::PARTNER), add("a", random_points(20, 43, 0.05))});
+  ASSERT_FALSE(before.find_dual("a-mirror")->fitted());
+  for (const bool keep : {false, true}) {
+    const ApplyResult result = must(before, profile({curve(arch(0.02, 0.01, 0.05), "a")}, keep));
+    expect_consistent(result.document, *result.document.find_dual("a"));
+    EXPECT_EQ(result.changes.changed, (std::vector<std::string>{"a", "a-mirror"}));
+    const DualPtr b = result.document.find_dual("a-mirror");
+    EXPECT_FALSE(b->fitted());
+    EXPECT_FALSE(b->stale);
+    EXPECT_EQ(b->points.size(), keep ? 28U : 20U);
+    EXPECT_GT((b->points[0].position() - before.find_dual("a-mirror")->points[0].position()).norm(), 1e-5);
+  }
+}
+
+TEST(ModifyProfile, A19_AFlatShapeWhoseHeightsAreRoundingOnly) {
+  std::vector<v1::Point> flat;
+  for (const auto& p : random_points(50, 45)) {
+    const double x = p.position().x();
+    const double y = p.position().y();
+    flat.push_back(point(x, y, 0.01 + 0.3 * x - 0.7 * y));
+  }
+  const Document before = fitted("a", flat);
+  const Document after = must(before, profile({curve(arch(0.02), "a")})).document;
+  expect_consistent(after, *after.find_dual("a"));
+  EXPECT_LE(refit_error(*after.find_dual("a")), 1e-9);
+}
+
+TEST(ModifyProfile, ADegreeChosenForThePointsBeforeIsNotTakenAsChosen) {
+  auto automatic = fit("a");
+  automatic.mutable_fit()->set_automatic_degree(true);
+  const Document before = applied({}, {create("a"), add("a", random_points(80, 44)), automatic});
+  ASSERT_EQ(before.find_dual("a")->fit->cross_validated_rms_m.size(), 6U);
+  const Document after = must(before, profile({curve(arch(0.02), "a")})).document;
+  EXPECT_TRUE(after.find_dual("a")->fit->cross_validated_rms_m.empty());
+  EXPECT_EQ(must(after, automatic).document.find_dual("a")->fit->cross_validated_rms_m.size(), 6U);
+}
+
 TEST(ModifyProfile, EveryFieldIsChecked) {
   const Document document = applied(two_tiles(), {create("bare"), add("bare", saddle_points())});
   const auto good = line({-0.08, 0, 0.03}, {0.08, 0, 0.03});
