@@ -229,7 +229,7 @@ const std::array makers{
               pose.set_time_ns(11'000'000LL * i);
             }
           }},
-    Maker{"modify_profile", 3,
+    Maker{"modify_profile", 6,
           [](const std::string& id, v1::Operation& operation) {
             auto& request = *operation.mutable_modify_profile();
             for (int k = in_range(1, 3); k > 0; --k) {

@@ -451,17 +451,22 @@ TEST(ModifyProfile, A12_TheLinkedPointsOfAPartnerWithoutASurfaceFollow) {
   }
 }
 
-TEST(ModifyProfile, A19_AFlatShapeWhoseHeightsAreRoundingOnly) {
-  std::vector<v1::Point> flat;
-  for (const auto& p : random_points(50, 45)) {
-    const double x = p.position().x();
-    const double y = p.position().y();
-    flat.push_back(point(x, y, 0.01 + 0.3 * x - 0.7 * y));
+TEST(ModifyProfile, A12_AShapeMirroredInItsOwnBasePlaneStaysThere) {
+  // Images above and below each other: the surface lies between them, and all of its heights are rounding.
+  auto mirror = symmetry("a", v1::SetSymmetry::SAME_SHAPE);
+  mirror.mutable_set_symmetry()->mutable_plane()->mutable_normal()->set_x(0.3);
+  mirror.mutable_set_symmetry()->mutable_plane()->mutable_normal()->set_z(1);
+  std::vector<v1::Point> points = random_points(50, 45);
+  for (auto& p : points) p.mutable_position()->set_z(p.position().z() - 0.3 * p.position().x());
+  const Document before = applied({}, {create("a"), mirror, add("a", points), fit("a")});
+  for (const bool keep : {false, true}) {
+    const Document after = must(before, profile({curve(arch(0.02), "a")}, keep)).document;
+    expect_consistent(after, *after.find_dual("a"));
+    for (const DualPoint& p : after.find_dual("a")->points) {
+      const Vec3 local = after.find_dual("a")->fit->frame.to_local(p.position());
+      EXPECT_NEAR(after.find_dual("a")->fit->surface.value(local.x(), local.y()), 0, 1e-15);
+    }
   }
-  const Document before = fitted("a", flat);
-  const Document after = must(before, profile({curve(arch(0.02), "a")})).document;
-  expect_consistent(after, *after.find_dual("a"));
-  EXPECT_LE(refit_error(*after.find_dual("a")), 1e-9);
 }
 
 TEST(ModifyProfile, ADegreeChosenForThePointsBeforeIsNotTakenAsChosen) {
