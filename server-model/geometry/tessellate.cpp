@@ -80,8 +80,8 @@ Result<TriangleMesh> tessellate_box(const PolynomialSurface& surface, const Fram
     return make_error(ErrorCode::invalid_argument, "found a box without a finite area", "box");
   }
   const double bend = largest_bend(surface, box);
-  const auto nx = static_cast<std::size_t>(2 * divisions_for(box.half_extent.x(), bend, options));
-  const auto ny = static_cast<std::size_t>(2 * divisions_for(box.half_extent.y(), bend, options));
+  const auto nx = 2 * static_cast<std::size_t>(divisions_for(box.half_extent.x(), bend, options));
+  const auto ny = 2 * static_cast<std::size_t>(divisions_for(box.half_extent.y(), bend, options));
   detail::MeshBuilder builder(surface, frame);
   builder.reserve((nx + 1) * (ny + 1), 2 * nx * ny);
   for (std::size_t i = 0; i <= nx; ++i) {
