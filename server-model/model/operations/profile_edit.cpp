@@ -161,12 +161,13 @@ std::shared_ptr<FittedSurface> fit_after(const FittedSurface& before, const Dual
   return fit;
 }
 
-/// Takes the residuals of points some of which a mirror placed or which are new. To rounding they should be
-/// those that leave the surface the optimum: the former ones, and 0 of new points. Where they are not, as
-/// base plane or points are not symmetric and no surface is its own mirror image, the shape is fitted again.
+/// Takes the residuals as they now are. To rounding they should be those that leave the surface the optimum:
+/// the former ones, and 0 of new points. They are not where base plane or points are not symmetric, so that
+/// no surface is its own mirror image, nor where points that hardly determine the surface let a curve lift it
+/// to heights beside which they are rounding: there the shape is fitted again.
 Status settle(DualShape& shape) {
-  // Far within the tolerance of A8, as a fraction of the heights.
-  constexpr double rounding = 1e-11;
+  // Within the tolerance of A8, 1e-9, as a fraction of the heights.
+  constexpr double rounding = 1e-10;
   const std::vector<WeightedPoint> points = local_points(shape);
   auto fit = std::make_shared<FittedSurface>(*shape.fit);
   double height = 0;
@@ -197,7 +198,7 @@ Status mirror_within(DualShape& shape, const Limits& limits) {
   }
   shape.points = PointCloud{};
   shape.points.append(points);
-  return settle(shape);
+  return {};
 }
 
 Result<Edited> edit_shape(const DualShape& original, const ProfileEdit& edit, const Limits& limits) {
@@ -225,6 +226,7 @@ Result<Edited> edit_shape(const DualShape& original, const ProfileEdit& edit, co
   }
   shape.fit = std::move(fit);
   if (auto status = mirror_within(shape, limits); !status) return status.error();
+  if (auto status = settle(shape); !status) return status.error();
 
   if (edit.keep == KeptCurves::as_points) {
     std::size_t count = geometry::kept_point_count(shape.points.size());
@@ -348,6 +350,7 @@ Status edit_with_partner(Document& document, const DualShape& shape, const Profi
   if (partner && partner->fitted()) {
     if (auto image = image_of(edited->shape, *partner)) {
       is_image = true;
+      if (auto status = settle(*image); !status) return status;
       put(document, std::move(*image));
     } else {
       auto own = edit_shape(*partner, mirrored(edit, shape.plane), limits);

@@ -27,14 +27,14 @@ struct ProfileEdit {
 /// Changes a fitted shape so that it follows the strokes; its points keep their residuals. A stale fit is
 /// refitted first in its frozen frame (A9).
 /// Same-shape symmetry (A12): the mirrored strokes act as well (with as many temporary points in all), and
-/// linked images are placed exactly at the mirror images of their originals. Where that leaves residuals that
-/// are not the former ones (a base plane that is not symmetric, points besides that have no image) the shape
-/// is fitted again, so that the surface is the optimum of its points in every case.
-/// A linked, fitted partner becomes the mirror image; one that has points of its own is edited by the
-/// mirrored strokes, its linked points stay mirror images, and it is fitted to both. Of one without a surface
-/// the linked points follow. Cost: O(points). Errors, with `field`: rank_deficient when a stale fit's points
-/// carry no surface any more; invalid_argument when points would leave the workspace; resource_exhausted when
-/// there is no room for kept points.
+/// linked images are placed exactly at the mirror images of their originals.
+/// Where residuals then are not the former ones (a base plane that is not symmetric, points besides that have
+/// no image, points that hardly determine the surface) the shape is fitted again: in every case the surface
+/// is the optimum of its points, and the residuals are theirs. A linked, fitted partner becomes the mirror
+/// image; one that has points of its own is edited by the mirrored strokes, its linked points stay mirror
+/// images, and it is fitted to both. Of one without a surface the linked points follow. Cost: O(points).
+/// Errors, with `field`: rank_deficient when a stale fit's points carry no surface any more; invalid_argument
+/// when points would leave the workspace; resource_exhausted when there is no room for kept points.
 Status edit_profile(Document& document, std::string_view entity, const ProfileEdit& edit,
                     std::string_view field, const Limits& limits, std::vector<std::string>& notes);
 
