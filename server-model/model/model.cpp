@@ -21,7 +21,7 @@ Error no_such_gesture(ProvisionalId id) {
 }  // namespace
 
 Model::Model(Document initial, ApplyContext context)
-    : context_(context), history_(std::move(initial), context.limits.max_history_steps) {
+    : context_(std::move(context)), history_(std::move(initial), context_.limits.max_history_steps) {
   Changes all;
   for (const auto& [id, entity] : history_.current().entities) all.created.push_back(id);
   touch(all);
