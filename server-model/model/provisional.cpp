@@ -15,13 +15,13 @@ namespace v1 = handloft::v1;
 Provisional::Provisional(Document base, v1::Operation operation, ApplyContext context, ApplyResult applied)
     : base_(std::move(base)),
       operation_(std::move(operation)),
-      context_(context),
+      context_(std::move(context)),
       applied_(std::move(applied)) {}
 
 Result<Provisional> Provisional::begin(Document base, v1::Operation operation, ApplyContext context) {
   auto applied = apply(base, operation, context);
   if (!applied) return applied.error();
-  return Provisional(std::move(base), std::move(operation), context, std::move(*applied));
+  return Provisional(std::move(base), std::move(operation), std::move(context), std::move(*applied));
 }
 
 Status Provisional::append(std::span<const v1::Point> points) {

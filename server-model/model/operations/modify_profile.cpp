@@ -108,6 +108,7 @@ Result<std::vector<DualPtr>> candidates_of(const Document& document, const v1::M
     }
   }
   std::vector<DualPtr> result;
+  result.reserve(shapes.size());
   for (const auto& [id, shape] : shapes) result.push_back(shape);
   return result;
 }
