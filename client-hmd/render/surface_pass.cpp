@@ -73,7 +73,7 @@ constexpr Material selected{{0.235F, 0.375F, 0.53F}, {0.46F, 0.36F, 0.28F}};
 // open.
 constexpr Material reference{{0.225F, 0.205F, 0.175F}, {0.195F, 0.175F, 0.150F}, 0.0F};
 constexpr float faded_presence = 0.15F;   ///< Of a reference, while distances to it are shown.
-constexpr float distance_gloss = 0.1F;   ///< Reflections would wash the colours out ...
+constexpr float distance_gloss = 0.1F;    ///< Reflections would wash the colours out ...
 constexpr float distance_albedo = 0.75F;  ///< ... as would light on a bright base.
 
 constexpr GLuint distance_attribute = 3;

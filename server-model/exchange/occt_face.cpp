@@ -161,10 +161,11 @@ Result<TopoDS_Face> make_face(const SurfaceExport& item, double contour_toleranc
       return make_error(ErrorCode::invalid_argument, "the surface makes no valid CAD face", "surface");
     }
     if (item.trim == Trim::region) {
-      return make_error(ErrorCode::invalid_argument,
-                        "the surface, trimmed at its boundary curve, makes no valid CAD face; draw the curve without "
-                        "touching itself, or export untrimmed",
-                        "surface");
+      return make_error(
+          ErrorCode::invalid_argument,
+          "the surface, trimmed at its boundary curve, makes no valid CAD face; draw the curve without "
+          "touching itself, or export untrimmed",
+          "surface");
     }
     return make_error(
         ErrorCode::invalid_argument,

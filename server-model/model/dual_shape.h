@@ -49,7 +49,7 @@ struct FittedSurface {
   std::uint32_t requested_degree = 2;   ///< surface.degree() is lower where the points do not carry it (A7).
   std::vector<double> residuals_m;      ///< r_i = z_i - f(x_i, y_i) of the points there were at the fit (A8).
   geometry::ResidualStatistics statistics;
-  /// Of degrees 1, 2, ... where the degree was chosen by cross-validation (automatic_degree.h), metres; -1 for
+  /// Of degrees 1, 2, ... when the degree was chosen by cross-validation (automatic_degree.h), metres; -1:
   /// one that the points don't carry or could not without one of them. Else empty.
   std::vector<double> cross_validated_rms_m;
   geometry::Box2 box;          ///< Footprint of the points in the frame (A22); a side may be 0.
@@ -67,7 +67,7 @@ struct DualShape final : Entity {
   std::uint32_t linked_from =
       0;                ///< Points before this one are not mirrored by the present symmetry (any more).
   std::string partner;  ///< The linked mirror shape; empty: none (yet).
-  double superellipse_exponent = 2.0;  ///< A22; 2 is the ellipse.
+  double superellipse_exponent = 2.0;         ///< A22; 2 is the ellipse.
   std::shared_ptr<const TrimCurve> boundary;  ///< Trims instead of the superellipse (A24); null: none.
   Representation representation = Representation::points;
 

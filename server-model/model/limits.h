@@ -17,8 +17,8 @@ struct Limits {
   std::size_t max_points_per_shape = 2'000'000;
   std::uint32_t max_strokes_per_shape = 1'000'000;
   std::size_t max_points_per_query = 2'000'000;
-  std::size_t max_alternatives = 64;               ///< Of a document (A28).
-  std::size_t max_reference_vertices = 300'000;    ///< Of one mesh, so that it goes to a viewer in one message.
+  std::size_t max_alternatives = 64;             ///< Of a document (A28).
+  std::size_t max_reference_vertices = 300'000;  ///< Of one mesh, so that it goes to a viewer in one message.
   std::size_t max_reference_triangles = 600'000;
   double max_coordinate_m = 1e4;            ///< 10 km: beyond any workspace; keeps squares far from overflow.
   double min_superellipse_exponent = 0.2;   ///< A22
@@ -26,10 +26,10 @@ struct Limits {
   std::size_t max_boundary_points = 20'000;  ///< Of a trimming curve (A24): ten minutes of drawing.
   std::size_t max_disk_poses = 20'000;       ///< Of one push (A14): nearly four minutes at 90 Hz.
   double max_disk_radius_m = 1.0;            ///< Of the disk (A13); a hand has 0.06.
-  std::uint32_t max_degree = 6;             ///< A4
-  std::uint32_t default_degree = 2;         ///< A4: what degree 0 in CreateDualShape means.
-  std::size_t max_history_steps = 10'000;   ///< Oldest steps are forgotten first.
-  std::size_t max_provisional = 64;         ///< Gestures in the air at one time.
+  std::uint32_t max_degree = 6;              ///< A4
+  std::uint32_t default_degree = 2;          ///< A4: what degree 0 in CreateDualShape means.
+  std::size_t max_history_steps = 10'000;    ///< Oldest steps are forgotten first.
+  std::size_t max_provisional = 64;          ///< Gestures in the air at one time.
 };
 
 }  // namespace handloft::model

@@ -55,7 +55,7 @@ class Provisional {
   ApplyContext context_;
   ApplyResult applied_;
   std::unique_ptr<PushGesture> push_;  ///< From the first append_disk() on.
-  std::unique_ptr<LiveFit> live_;  ///< With add_points.refit, from the first append() on.
+  std::unique_ptr<LiveFit> live_;      ///< With add_points.refit, from the first append() on.
 };
 
 }  // namespace handloft::model

@@ -227,7 +227,8 @@ Result<v1::QueryResult> answer(const v1::Query& query, const Document& document,
     case v1::Query::kAlternatives: {
       v1::QueryResult result;
       result.mutable_alternatives()->set_present(document.present_alternative());
-      for (const Alternative& each : *document.alternatives) result.mutable_alternatives()->add_names(each.name);
+      for (const Alternative& each : *document.alternatives)
+        result.mutable_alternatives()->add_names(each.name);
       return result;
     }
     case v1::Query::kCompare:

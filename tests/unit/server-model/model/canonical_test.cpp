@@ -12,8 +12,8 @@ namespace {
 using namespace test;
 
 TEST(CanonicalForm, TheEmptyDocumentHasAKnownHash) {
-  // sha256 of: u64 17, "handloft document", u32 1, u64 0, u64 0, u64 1, u64 0 (the present alternative), u64 1 (how
-  // many there are), u64 4, "main", u8 0; little-endian.
+  // sha256 of: u64 17, "handloft document", u32 1, u64 0, u64 0, u64 1, u64 0 (the present alternative), u64
+  // 1 (how many there are), u64 4, "main", u8 0; little-endian.
   EXPECT_EQ(canonical_bytes({}).size(), 8U + 17 + 4 + 8 + 8 + 8 + 8 + 8 + 8 + 4 + 1);
   EXPECT_EQ(document_hash({}), "00c248f792772011ae564c3b09da2c6d944be9d5a06fd71d2f7273d2197780a3");
 }

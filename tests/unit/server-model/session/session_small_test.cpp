@@ -57,8 +57,7 @@ TEST(PresenceTest, bad_numbers_become_lost_and_good_ones_stay) {
   EXPECT_EQ(clean.hand().pressure(), 0.0);
   presence.mutable_hand()->add_fingertip_positions(1.0);
   const v1::Presence again = clean_presence(presence);
-  for (const int state : again.hand().fingertip_states())
-    EXPECT_EQ(state, v1::TRACKING_LOST);
+  for (const int state : again.hand().fingertip_states()) EXPECT_EQ(state, v1::TRACKING_LOST);
 }
 
 TEST(PresenceTest, long_names_are_cut_between_characters) {
