@@ -22,7 +22,7 @@ void require(bool good) {
 
 void require_finite(const Document& document) {
   for (const auto& [id, entity] : document.entities) {
-    const DualPtr shape = as_dual(entity);
+    const handloft::model::DualPtr shape = handloft::model::as_dual(entity);
     if (!shape) continue;
     for (const auto& point : shape->points)
       require(point.position().allFinite() && std::isfinite(point.pressure));
