@@ -72,10 +72,11 @@ TEST(Delivery, ASlowSubscriberGetsTheNewestAndTheOthersGetAll) {
 }
 
 TEST(Delivery, APulledMessageIsComposedWhenThereIsRoomForIt) {
+  // Before the server, whose thread may still be composing when the test is over.
+  std::atomic<std::int64_t> state{0}, told{0}, asked{0};
   Server server({.options = {.send_buffer_bytes = 4096}});
   SyncClient client = server.connect();
   const ConnectionPtr connection = server.connection(client.welcome().client_id());
-  std::atomic<std::int64_t> state{0}, told{0}, asked{0};
   connection->set_pull([&]() -> std::optional<Frame> {
     ++asked;
     const std::int64_t now = state.load();
