@@ -299,7 +299,14 @@ TEST_F(Rendering, RefusesImpossiblePictures) {
 }  // namespace
 }  // namespace handloft::client
 
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__)
+#define HANDLOFT_LEAKS_ARE_LOOKED_FOR
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define HANDLOFT_LEAKS_ARE_LOOKED_FOR
+#endif
+#endif
+#ifdef HANDLOFT_LEAKS_ARE_LOOKED_FOR
 /// The graphics driver is loaded and unloaded with memory of its own still held, in a module that then has no
 /// name to suppress by; so this program is checked for everything but leaks.
 extern "C" int __lsan_is_turned_off();

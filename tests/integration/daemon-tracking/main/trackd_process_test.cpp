@@ -74,13 +74,13 @@ TEST_F(TrackdProcess, AFullDiskEndsTheRecordingButNotTheTracking) {
     line += " '" + word + "'";
   }
   test::Process process({"/bin/sh", "-c", line}, folder_.path() / "errors.txt");
-  follow(300);
+  follow(100);  // A sanitized build on a busy machine makes few a second.
   process.signal(SIGTERM);
   EXPECT_EQ(process.wait(patience), std::optional<int>(1));
   EXPECT_NE(process.error_output().find(recording), std::string::npos) << process.error_output();
   const nlohmann::json figures = read_report();
   ASSERT_TRUE(figures.is_object());
-  EXPECT_GE(figures["published"], 300) << "tracked on";
+  EXPECT_GE(figures["published"], 100) << "tracked on";
   EXPECT_GT(figures["recorded_samples"], 0);
   EXPECT_NE(figures["problem"].get<std::string>().find(recording), std::string::npos);
 }
