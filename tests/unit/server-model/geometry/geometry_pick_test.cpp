@@ -59,9 +59,10 @@ TEST(Pick, HitsWhatARayIsAimedAt) {
 TEST(Pick, IsTheFirstByDenseSampling) {
   std::mt19937_64 random(71);
   int several = 0;
+  const TrimField oval = ellipse(3), loop = ring();
   for (int k = 0; k < 100; ++k) {
     const PolynomialSurface surface = test::random_surface(random, 6, {{0.01, 0}, {0.06, 0.04}}, 0.02);
-    const TrimField trim = k % 2 == 0 ? ellipse(3) : ring();
+    const TrimField& trim = k % 2 == 0 ? oval : loop;
     std::array<double, 4> u{};  // One by one: the order of arguments is the compiler's own.
     for (double& value : u) value = test::uniform(random, -1, 1);
     const Vec3 eye(-0.2, 0.05 * u[0], 0.03 * u[1]);
