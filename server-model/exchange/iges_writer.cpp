@@ -1,7 +1,5 @@
 #include "server-model/exchange/iges_writer.h"
 
-#include <fmt/format.h>
-
 #include <IGESControl_Writer.hxx>
 #include <IGESData_GlobalSection.hxx>
 #include <IGESData_IGESEntity.hxx>
@@ -9,14 +7,10 @@
 #include <Interface_Static.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TopoDS_Face.hxx>
-#include <locale>
-#include <sstream>
 #include <string>
 #include <string_view>
 
-#include "server-model/exchange/atomic_file.h"
-#include "server-model/exchange/occt_face.h"
-#include "server-model/exchange/occt_session.h"
+#include "server-model/exchange/cad_file.h"
 
 namespace handloft::exchange {
 namespace {
@@ -45,26 +39,23 @@ Result<std::string> to_iges(std::span<const SurfaceExport> surfaces, const std::
   constexpr int as_trimmed_surfaces = 0;
   IGESControl_Writer writer("MM", as_trimmed_surfaces);
   const Handle(IGESData_IGESModel) model = writer.Model();
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const std::string field = fmt::format("surfaces[{}]", i);
-    const Result<TopoDS_Face> face = detail::make_face(surfaces[i], options.contour_tolerance);
-    if (!face.ok()) {
-      Error error = face.error();
-      error.field = field + (error.field.empty() ? "" : "." + error.field);
-      return error;
-    }
+  const auto add = [&](const SurfaceExport& surface, const TopoDS_Face& face,
+                       const std::string& field) -> Status {
     const int entities_before = model->NbEntities();
-    if (!writer.AddShape(*face)) {
+    if (!writer.AddShape(face)) {
       return make_error(ErrorCode::internal, "the CAD kernel didn't translate the face", field);
     }
     const Handle(TCollection_HAsciiString) label =
-        text_of(surfaces[i].name.empty() ? "surface" : surfaces[i].name.substr(0, label_length));
+        text_of(surface.name.empty() ? "surface" : surface.name.substr(0, label_length));
     for (int k = entities_before + 1; k <= model->NbEntities(); ++k) {
       constexpr int trimmed_surface = 144;
       const Handle(IGESData_IGESEntity) entity = model->Entity(k);
       if (entity->TypeNumber() == trimmed_surface) entity->SetLabel(label);
     }
-  }
+    return {};
+  };
+  if (Status added = detail::for_each_face(surfaces, options.contour_tolerance, add); !added)
+    return added.error();
   writer.ComputeModel();
   IGESData_GlobalSection global = model->GlobalSection();
   global.SetFileName(text_of(file_name));
@@ -74,38 +65,16 @@ Result<std::string> to_iges(std::span<const SurfaceExport> surfaces, const std::
   global.SetAuthorName(text_of(options.author));
   global.SetCompanyName(text_of(options.organization));
   model->SetGlobalSection(global);
-  std::ostringstream stream;
-  stream.imbue(std::locale::classic());
-  if (!writer.Write(stream, Standard_False) || !stream) {
-    return make_error(ErrorCode::internal, "the CAD kernel didn't print the file", "surfaces");
-  }
-  return std::move(stream).str();
+  return detail::printed([&](std::ostream& stream) { return writer.Write(stream, Standard_False); });
 }
 
 }  // namespace
 
 Status write_iges(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,
                   const StepOptions& options) {
-  if (surfaces.empty()) {
-    return make_error(ErrorCode::invalid_argument, "found nothing to export, expected a surface", "surfaces");
-  }
-  if (!(options.contour_tolerance >= 1e-9 && options.contour_tolerance <= 1e-2)) {
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found {}, expected 1e-9..1e-2", options.contour_tolerance),
-                      "contour_tolerance");
-  }
-  std::string text;
-  Status made = [&]() -> Status {
-    const detail::OcctSession session;
-    return detail::guarded("writing IGES", [&]() -> Status {
-      Result<std::string> result = to_iges(surfaces, path.filename().string(), options);
-      if (!result.ok()) return result.error();
-      text = std::move(*result);
-      return {};
-    });
-  }();
-  if (!made.ok()) return made;
-  return write_file_atomically(path, std::string_view(text));
+  return detail::write_cad_file(path, surfaces, options, "writing IGES", [&](const std::string& file_name) {
+    return to_iges(surfaces, file_name, options);
+  });
 }
 
 }  // namespace handloft::exchange

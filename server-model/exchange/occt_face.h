@@ -1,5 +1,5 @@
 #pragma once
-// A surface as a face of Open CASCADE, millimetres. Not for others than step_writer.
+// A surface as a face of Open CASCADE, millimetres. Not for others than cad_file.
 
 #include <TopoDS_Face.hxx>
 

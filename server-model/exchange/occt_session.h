@@ -1,7 +1,7 @@
 #pragma once
 // The border to Open CASCADE: its settings and messengers are global, so one call at a time, silent (standard
-// output belongs to our answers), and its exceptions become Errors. Not for others than step_*, iges_* and
-// reference_cad.
+// output belongs to our answers), and its exceptions become Errors. Not for others than cad_file,
+// step_reader and reference_cad.
 
 #include <functional>
 #include <mutex>

@@ -1,7 +1,5 @@
 #include "server-model/exchange/step_writer.h"
 
-#include <fmt/format.h>
-
 #include <APIHeaderSection_MakeHeader.hxx>
 #include <IFSelect_ReturnStatus.hxx>
 #include <Interface_Static.hxx>
@@ -17,13 +15,9 @@
 #include <XSControl_TransferWriter.hxx>
 #include <XSControl_WorkSession.hxx>
 #include <cmath>
-#include <locale>
-#include <sstream>
 #include <vector>
 
-#include "server-model/exchange/atomic_file.h"
-#include "server-model/exchange/occt_face.h"
-#include "server-model/exchange/occt_session.h"
+#include "server-model/exchange/cad_file.h"
 
 namespace handloft::exchange {
 namespace {
@@ -65,61 +59,35 @@ Result<std::string> to_step(std::span<const SurfaceExport> surfaces, const std::
   Interface_Static::SetCVal("write.step.unit", "MM");
   Interface_Static::SetCVal("write.step.schema", "AP214IS");  // What the most programs read.
   STEPControl_Writer writer;
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const std::string field = fmt::format("surfaces[{}]", i);
-    const Result<TopoDS_Face> face = detail::make_face(surfaces[i], options.contour_tolerance);
-    if (!face.ok()) {
-      Error error = face.error();
-      error.field = field + (error.field.empty() ? "" : "." + error.field);
-      return error;
-    }
-    const std::string name = step_name(surfaces[i].name);
+  const auto add = [&](const SurfaceExport& surface, const TopoDS_Face& face,
+                       const std::string& field) -> Status {
+    const std::string name = step_name(surface.name);
     const int entities_before = writer.Model()->NbEntities();
-    if (writer.Transfer(*face, STEPControl_AsIs) != IFSelect_RetDone) {
+    if (writer.Transfer(face, STEPControl_AsIs) != IFSelect_RetDone) {
       return make_error(ErrorCode::internal, "the CAD kernel didn't translate the face", field);
     }
     const Handle(Transfer_FinderProcess) process = writer.WS()->TransferWriter()->FinderProcess();
-    const Handle(StepRepr_RepresentationItem) item = STEPConstruct::FindEntity(process, *face);
+    const Handle(StepRepr_RepresentationItem) item = STEPConstruct::FindEntity(process, face);
     if (!item.IsNull()) item->SetName(new TCollection_HAsciiString(name.c_str()));
     name_products(writer.Model(), entities_before, name);
-  }
+    return {};
+  };
+  if (Status added = detail::for_each_face(surfaces, options.contour_tolerance, add); !added)
+    return added.error();
   const Handle(StepData_StepModel) model = writer.Model();
   set_header(model, file_name, options);
-  // Into memory and not by the library's own file access: so a full disk is our error with its reason.
   StepData_StepWriter text(model);
   text.SendModel(Handle(StepData_Protocol)::DownCast(writer.WS()->Protocol()));
-  std::ostringstream stream;
-  stream.imbue(std::locale::classic());
-  if (!text.Print(stream) || !stream) {
-    return make_error(ErrorCode::internal, "the CAD kernel didn't print the file", "surfaces");
-  }
-  return std::move(stream).str();
+  return detail::printed([&](std::ostream& stream) { return text.Print(stream); });
 }
 
 }  // namespace
 
 Status write_step(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,
                   const StepOptions& options) {
-  if (surfaces.empty()) {
-    return make_error(ErrorCode::invalid_argument, "found nothing to export, expected a surface", "surfaces");
-  }
-  if (!(options.contour_tolerance >= 1e-9 && options.contour_tolerance <= 1e-2)) {
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found {}, expected 1e-9..1e-2", options.contour_tolerance),
-                      "contour_tolerance");
-  }
-  std::string text;
-  Status made = [&]() -> Status {
-    const detail::OcctSession session;
-    return detail::guarded("writing STEP", [&]() -> Status {
-      Result<std::string> result = to_step(surfaces, path.filename().string(), options);
-      if (!result.ok()) return result.error();
-      text = std::move(*result);
-      return {};
-    });
-  }();
-  if (!made.ok()) return made;
-  return write_file_atomically(path, std::string_view(text));
+  return detail::write_cad_file(path, surfaces, options, "writing STEP", [&](const std::string& file_name) {
+    return to_step(surfaces, file_name, options);
+  });
 }
 
 }  // namespace handloft::exchange
