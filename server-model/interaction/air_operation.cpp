@@ -33,11 +33,14 @@ Status AirOperation::push_on(const v1::DiskPose& pose, double range) {
   return begin();
 }
 
-Result<model::Submitted> AirOperation::commit() {
+Result<std::optional<model::Submitted>> AirOperation::commit() {
   if (!live()) {
     if (auto status = begin(); !status) return status.error();
   }
-  return model_.commit_provisional(std::exchange(id_, 0));
+  auto submitted = model_.commit_provisional(std::exchange(id_, 0));
+  if (!submitted) return submitted.error();
+  if (submitted->sequence == 0) return std::optional<model::Submitted>();
+  return std::optional(*std::move(submitted));
 }
 
 void AirOperation::cancel() {

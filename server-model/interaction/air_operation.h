@@ -3,6 +3,7 @@
 // when somebody else changed the document beneath it: the model evaluates it anew on the new base, and where
 // that failed it is begun once more with all that the hand has done.
 
+#include <optional>
 #include <span>
 
 #include "common/base/result.h"
@@ -26,8 +27,9 @@ class AirOperation {
   Status append_points(std::span<const v1::Point> points);
   /// The next pose of a push_points that was set, with the potentiometer as it is now (A16).
   Status push_on(const v1::DiskPose& pose, double range);
-  /// One operation, one step of history; tried once more when the base took it away. The gesture is over.
-  Result<model::Submitted> commit();
+  /// One operation, one step of history, or nullopt when it changes nothing; tried once more when the base
+  /// took it away. The gesture is over.
+  Result<std::optional<model::Submitted>> commit();
   void cancel();
 
   /// It is in the air now.

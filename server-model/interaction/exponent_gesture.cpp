@@ -46,10 +46,7 @@ Result<Preview> ExponentGesture::on_frame(const HandFrame& frame) {
 
 Result<std::optional<model::Submitted>> ExponentGesture::commit() {
   if (!begun()) return std::optional<model::Submitted>();
-  auto submitted = air_.commit();
-  if (!submitted) return submitted.error();
-  if (submitted->sequence == 0) return std::optional<model::Submitted>();
-  return std::optional(*std::move(submitted));
+  return air_.commit();
 }
 
 HandActivity ExponentGesture::activity() const {

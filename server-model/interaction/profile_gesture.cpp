@@ -84,10 +84,8 @@ Result<Preview> ProfileGesture::on_frame(const HandFrame& frame) {
 Result<std::optional<model::Submitted>> ProfileGesture::commit() {
   if (!begun()) return std::optional<model::Submitted>();
   auto submitted = air_.commit();
-  if (!submitted) return submitted.error();
-  if (submitted->sequence == 0) return std::optional<model::Submitted>();
-  workbench_.active = entity_;
-  return std::optional(*std::move(submitted));
+  if (submitted && *submitted) workbench_.active = entity_;
+  return submitted;
 }
 
 HandActivity ProfileGesture::activity() const {

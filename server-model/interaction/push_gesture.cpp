@@ -73,10 +73,8 @@ Result<Preview> PushGesture::on_frame(const HandFrame& frame) {
 Result<std::optional<model::Submitted>> PushGesture::commit() {
   if (!begun()) return std::optional<model::Submitted>();
   auto submitted = air_.commit();
-  if (!submitted) return submitted.error();
-  if (submitted->sequence == 0) return std::optional<model::Submitted>();  // it met no point
-  workbench_.active = entity_;
-  return std::optional(*std::move(submitted));
+  if (submitted && *submitted) workbench_.active = entity_;  // Else it met no point.
+  return submitted;
 }
 
 HandActivity PushGesture::activity() const {

@@ -76,9 +76,8 @@ Result<std::optional<model::Submitted>> StrokeGesture::commit() {
     if (auto status = air_.set(std::move(operation)); !status) return status.error();
   }
   auto submitted = air_.commit();
-  if (!submitted) return submitted.error();
-  workbench_.active = entity_;
-  return std::optional(*std::move(submitted));
+  if (submitted && *submitted) workbench_.active = entity_;
+  return submitted;
 }
 
 void StrokeGesture::cancel() {

@@ -51,10 +51,8 @@ Result<Preview> TransformGesture::on_frame(const HandFrame& frame) {
 Result<std::optional<model::Submitted>> TransformGesture::commit() {
   if (!begun()) return std::optional<model::Submitted>();
   auto submitted = air_.commit();
-  if (!submitted) return submitted.error();
-  if (submitted->sequence == 0) return std::optional<model::Submitted>();
-  workbench_.active = entity_;
-  return std::optional(*std::move(submitted));
+  if (submitted && *submitted) workbench_.active = entity_;
+  return submitted;
 }
 
 HandActivity TransformGesture::activity() const {
