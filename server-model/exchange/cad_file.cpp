@@ -12,8 +12,9 @@
 
 namespace handloft::exchange::detail {
 
-Status for_each_face(std::span<const SurfaceExport> surfaces, double contour_tolerance,
-                     const std::function<Status(const SurfaceExport&, const TopoDS_Face&, const std::string& field)>& add) {
+Status for_each_face(
+    std::span<const SurfaceExport> surfaces, double contour_tolerance,
+    const std::function<Status(const SurfaceExport&, const TopoDS_Face&, const std::string& field)>& add) {
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const std::string field = fmt::format("surfaces[{}]", i);
     const Result<TopoDS_Face> face = make_face(surfaces[i], contour_tolerance);

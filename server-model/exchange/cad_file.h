@@ -13,13 +13,14 @@
 
 namespace handloft::exchange::detail {
 
-/// Gives every surface's face to `add`, in order, with the surface's field ("surfaces[2]"), below which errors
-/// of the face are named.
-Status for_each_face(std::span<const SurfaceExport> surfaces, double contour_tolerance,
-                     const std::function<Status(const SurfaceExport&, const TopoDS_Face&, const std::string& field)>& add);
+/// Gives every surface's face to `add`, in order, with the surface's field ("surfaces[2]"), below which
+/// errors of the face are named.
+Status for_each_face(
+    std::span<const SurfaceExport> surfaces, double contour_tolerance,
+    const std::function<Status(const SurfaceExport&, const TopoDS_Face&, const std::string& field)>& add);
 
-/// What `print` writes to a stream, by the classic locale; `print` answers whether it could. Into memory and not
-/// by the library's own file access: so a full disk is our error with its reason.
+/// What `print` writes to a stream, by the classic locale; `print` answers whether it could. Into memory and
+/// not by the library's own file access: so a full disk is our error with its reason.
 Result<std::string> printed(const std::function<bool(std::ostream&)>& print);
 
 /// Checks surfaces and options, makes the text in an OcctSession, guarded, and writes the file atomically.

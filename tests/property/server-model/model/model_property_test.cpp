@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "any_operation.h"
 #include "server-model/geometry/symmetry.h"
 #include "server-model/model/canonical.h"
 #include "server-model/model/model.h"
@@ -18,74 +19,53 @@ namespace {
 
 namespace v1 = handloft::v1;
 
-// Full-sized from the first case on: short sequences of zeros find nothing.
-int in_range(int from, int below) {
-  constexpr int full_size = 100;
-  return *rc::gen::resize(full_size, rc::gen::inRange(from, below));
-}
+constexpr int bad_one_in = 60;  // Numbers that must be refused.
 
 std::string any_id() {
   return *rc::gen::element<std::string>("a", "b", "a-mirror", "b-mirror", "shape-1", "shape-2");
 }
 
-// Mostly ordinary lengths, sometimes what must be refused.
-double any_length() {
-  if (in_range(0, 60) == 0) {
-    return *rc::gen::element(std::numeric_limits<double>::quiet_NaN(),
-                             std::numeric_limits<double>::infinity(), -1e300, 1e9, 5e-324);
-  }
-  return 1e-3 * in_range(-200, 200);
-}
-
-v1::Vec3 any_vector() {
-  v1::Vec3 vector;
-  vector.set_x(any_length());
-  vector.set_y(any_length());
-  vector.set_z(any_length());
-  return vector;
-}
-
 v1::SetSymmetry any_symmetry(const std::string& id) {
   v1::SetSymmetry symmetry;
   symmetry.set_entity(id);
-  symmetry.set_mode(static_cast<v1::SetSymmetry::Mode>(in_range(0, 3)));
-  *symmetry.mutable_plane()->mutable_origin() = any_vector();
-  *symmetry.mutable_plane()->mutable_normal() = any_vector();
+  symmetry.set_mode(static_cast<v1::SetSymmetry::Mode>(test::in_range(0, 3)));
+  *symmetry.mutable_plane()->mutable_origin() = test::any_vector(bad_one_in);
+  *symmetry.mutable_plane()->mutable_normal() = test::any_vector(bad_one_in);
   return symmetry;
 }
 
 // Curves of two points and more, for somebody, nobody or divided.
 v1::ModifyProfile any_profile() {
   v1::ModifyProfile request;
-  request.set_keep_as_points(in_range(0, 3) == 0);
-  const int curves = in_range(0, 4);
+  request.set_keep_as_points(test::in_range(0, 3) == 0);
+  const int curves = test::in_range(0, 4);
   for (int i = 0; i < curves; ++i) {
     auto& curve = *request.add_curves();
-    const int points = in_range(2, 8);
+    const int points = test::in_range(2, 8);
     for (int k = 0; k < points; ++k) {
-      *curve.add_points()->mutable_position() = any_vector();
-      curve.mutable_points(k)->set_pressure(0.1 * in_range(0, 11));
+      *curve.add_points()->mutable_position() = test::any_vector(bad_one_in);
+      curve.mutable_points(k)->set_pressure(0.1 * test::in_range(0, 11));
     }
-    if (in_range(0, 2) == 0) {
+    if (test::in_range(0, 2) == 0) {
       curve.set_entity(any_id());
-    } else if (in_range(0, 4) == 0) {
-      curve.add_split_at(0.1 * in_range(0, 11));
+    } else if (test::in_range(0, 4) == 0) {
+      curve.add_split_at(0.1 * test::in_range(0, 11));
       curve.add_split_entities(any_id());
       curve.add_split_entities(*rc::gen::element(any_id(), std::string("")));
     }
   }
-  if (in_range(0, 4) == 0) request.add_entities(any_id());
+  if (test::in_range(0, 4) == 0) request.add_entities(any_id());
   return request;
 }
 
 v1::Operation any_operation() {
   v1::Operation operation;
   const std::string id = any_id();
-  switch (in_range(0, 17)) {
+  switch (test::in_range(0, 17)) {
     case 0:
     case 1:
       operation.mutable_create_dual_shape()->set_id(*rc::gen::element(id, std::string("")));
-      operation.mutable_create_dual_shape()->set_degree(static_cast<std::uint32_t>(in_range(0, 8)));
+      operation.mutable_create_dual_shape()->set_degree(static_cast<std::uint32_t>(test::in_range(0, 8)));
       break;
     case 2:
       *operation.mutable_set_symmetry() = any_symmetry(id);
@@ -93,19 +73,19 @@ v1::Operation any_operation() {
     case 3:
     case 4:
       operation.mutable_fit()->set_entity(id);
-      operation.mutable_fit()->set_degree(static_cast<std::uint32_t>(in_range(0, 7)));
+      operation.mutable_fit()->set_degree(static_cast<std::uint32_t>(test::in_range(0, 7)));
       break;
     case 5:
       operation.mutable_refit_plane()->set_entity(id);
       break;
     case 6:
       operation.mutable_set_superellipse()->set_entity(id);
-      operation.mutable_set_superellipse()->set_exponent(0.1 * in_range(0, 220));
+      operation.mutable_set_superellipse()->set_exponent(0.1 * test::in_range(0, 220));
       break;
     case 7:
       operation.mutable_set_representation()->set_entity(id);
       operation.mutable_set_representation()->set_representation(
-          static_cast<v1::Representation>(in_range(0, 4)));
+          static_cast<v1::Representation>(test::in_range(0, 4)));
       break;
     case 8:
       operation.mutable_rename()->set_entity(id);
@@ -126,15 +106,15 @@ v1::Operation any_operation() {
     default: {
       auto& request = *operation.mutable_add_points();
       request.set_entity(id);
-      request.set_stroke(static_cast<std::uint32_t>(in_range(0, 4) % 3));
-      request.set_min_spacing_m(0.01 * in_range(0, 3));
-      if (in_range(0, 4) == 0) request.mutable_create();
-      if (in_range(0, 8) == 0) *request.mutable_symmetry() = any_symmetry(id);
-      const int count = in_range(0, 12);
+      request.set_stroke(static_cast<std::uint32_t>(test::in_range(0, 4) % 3));
+      request.set_min_spacing_m(0.01 * test::in_range(0, 3));
+      if (test::in_range(0, 4) == 0) request.mutable_create();
+      if (test::in_range(0, 8) == 0) *request.mutable_symmetry() = any_symmetry(id);
+      const int count = test::in_range(0, 12);
       for (int i = 0; i < count; ++i) {
         auto& point = *request.add_points();
-        *point.mutable_position() = any_vector();
-        point.set_pressure(0.1 * in_range(0, 11));
+        *point.mutable_position() = test::any_vector(bad_one_in);
+        point.set_pressure(0.1 * test::in_range(0, 11));
       }
     }
   }
@@ -142,14 +122,14 @@ v1::Operation any_operation() {
 }
 
 std::vector<v1::Operation> any_operations() {
-  const int count = in_range(1, 40);
+  const int count = test::in_range(1, 40);
   std::vector<v1::Operation> operations;
   // Something to work on, or most operations would only learn that there is no such entity.
   for (const char* id : {"a", "b"}) {
     operations.emplace_back().mutable_create_dual_shape()->set_id(id);
     auto& symmetry = *operations.emplace_back().mutable_set_symmetry();
     symmetry.set_entity(id);
-    symmetry.set_mode(static_cast<v1::SetSymmetry::Mode>(in_range(0, 3)));
+    symmetry.set_mode(static_cast<v1::SetSymmetry::Mode>(test::in_range(0, 3)));
     symmetry.mutable_plane()->mutable_normal()->set_x(1);
   }
   for (int i = 0; i < count; ++i) operations.push_back(any_operation());
@@ -280,14 +260,14 @@ TEST(ModelProperties, AGestureInPiecesEqualsTheWhole) {
     v1::Operation whole;
     auto& request = *whole.mutable_add_points();
     request.set_entity(any_id());
-    request.set_min_spacing_m(0.01 * in_range(0, 3));
+    request.set_min_spacing_m(0.01 * test::in_range(0, 3));
     RC_PRE(static_cast<bool>(model.document().find(request.entity())));
     auto gesture = model.begin_provisional(whole);
     RC_ASSERT(gesture.ok());
-    const int count = in_range(0, 30);
+    const int count = test::in_range(0, 30);
     for (int i = 0; i < count; ++i) {
       v1::Point point;
-      *point.mutable_position() = any_vector();
+      *point.mutable_position() = test::any_vector(bad_one_in);
       if (model.append_provisional(*gesture, std::vector<v1::Point>{point}).ok())
         *request.add_points() = point;
     }

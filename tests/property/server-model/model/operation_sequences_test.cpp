@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "any_operation.h"
 #include "server-model/geometry/symmetry.h"
 #include "server-model/model/canonical.h"
 #include "server-model/model/model.h"
@@ -24,32 +25,13 @@ namespace {
 
 namespace v1 = handloft::v1;
 
+constexpr int bad_one_in = 300;  // Numbers that must be refused.
+
 /// 100 cases of this many sequences are 1,000.
 constexpr int sequences_per_case = 10;
 constexpr int longest_sequence = 60;
 
 // --- numbers: full-sized from the first case on, mostly ordinary, sometimes what must be refused
-
-int in_range(int from, int below) {
-  constexpr int full_size = 100;
-  return *rc::gen::resize(full_size, rc::gen::inRange(from, below));
-}
-
-double any_length() {
-  if (in_range(0, 300) == 0) {
-    return *rc::gen::element(std::numeric_limits<double>::quiet_NaN(),
-                             std::numeric_limits<double>::infinity(), -1e300, 1e9, 5e-324);
-  }
-  return 1e-3 * in_range(-200, 200);
-}
-
-v1::Vec3 any_vector() {
-  v1::Vec3 vector;
-  vector.set_x(any_length());
-  vector.set_y(any_length());
-  vector.set_z(any_length());
-  return vector;
-}
 
 std::string any_id() {
   return *rc::gen::element<std::string>("a", "b", "a-mirror", "b-mirror", "shape-1", "shape-2",
@@ -57,34 +39,34 @@ std::string any_id() {
 }
 
 std::uint32_t small_number(int below) {
-  return static_cast<std::uint32_t>(in_range(0, below));
+  return static_cast<std::uint32_t>(test::in_range(0, below));
 }
 
 v1::Point any_point() {
   v1::Point point;
-  *point.mutable_position() = any_vector();
-  point.set_pressure(0.1 * in_range(0, 11));
+  *point.mutable_position() = test::any_vector(bad_one_in);
+  point.set_pressure(0.1 * test::in_range(0, 11));
   return point;
 }
 
 v1::SetSymmetry any_symmetry(const std::string& id) {
   v1::SetSymmetry symmetry;
   symmetry.set_entity(id);
-  symmetry.set_mode(static_cast<v1::SetSymmetry::Mode>(in_range(0, 3)));
-  *symmetry.mutable_plane()->mutable_origin() = any_vector();
-  *symmetry.mutable_plane()->mutable_normal() = any_vector();
+  symmetry.set_mode(static_cast<v1::SetSymmetry::Mode>(test::in_range(0, 3)));
+  *symmetry.mutable_plane()->mutable_origin() = test::any_vector(bad_one_in);
+  *symmetry.mutable_plane()->mutable_normal() = test::any_vector(bad_one_in);
   return symmetry;
 }
 
 v1::PointRegion any_region() {
   v1::PointRegion region;
-  switch (in_range(0, 4)) {
+  switch (test::in_range(0, 4)) {
     case 0:
-      *region.mutable_sphere()->mutable_centre() = any_vector();
-      region.mutable_sphere()->set_radius_m(0.01 * in_range(0, 20));
+      *region.mutable_sphere()->mutable_centre() = test::any_vector(bad_one_in);
+      region.mutable_sphere()->set_radius_m(0.01 * test::in_range(0, 20));
       break;
     case 1: {
-      const v1::Vec3 corner = any_vector();
+      const v1::Vec3 corner = test::any_vector(bad_one_in);
       *region.mutable_box()->mutable_minimum() = corner;
       region.mutable_box()->mutable_maximum()->set_x(corner.x() + 0.2);
       region.mutable_box()->mutable_maximum()->set_y(corner.y() + 0.2);
@@ -95,7 +77,7 @@ v1::PointRegion any_region() {
       region.mutable_strokes()->add_numbers(1 + small_number(4));
       break;
     default:
-      for (int i = in_range(0, 4); i > 0; --i) region.mutable_indices()->add_indices(small_number(12));
+      for (int i = test::in_range(0, 4); i > 0; --i) region.mutable_indices()->add_indices(small_number(12));
       region.mutable_indices();
   }
   return region;
@@ -104,11 +86,11 @@ v1::PointRegion any_region() {
 /// Round the footprint of shapes, or any knot.
 std::vector<v1::Vec3> any_curve() {
   std::vector<v1::Vec3> curve;
-  if (in_range(0, 3) == 0) {
-    for (int i = in_range(0, 8); i > 0; --i) curve.push_back(any_vector());
+  if (test::in_range(0, 3) == 0) {
+    for (int i = test::in_range(0, 8); i > 0; --i) curve.push_back(test::any_vector(bad_one_in));
     return curve;
   }
-  const double radius = 0.01 * in_range(1, 30);
+  const double radius = 0.01 * test::in_range(1, 30);
   for (int i = 0; i < 24; ++i) {
     v1::Vec3 place;
     place.set_x(radius * std::cos(0.262 * i));
@@ -138,11 +120,11 @@ const std::array makers{
             auto& request = *operation.mutable_add_points();
             request.set_entity(id);
             request.set_stroke(small_number(4) % 3);
-            request.set_min_spacing_m(0.01 * in_range(0, 3));
-            request.set_refit(in_range(0, 3) == 0);
-            if (in_range(0, 4) == 0) request.mutable_create();
-            if (in_range(0, 8) == 0) *request.mutable_symmetry() = any_symmetry(id);
-            for (int i = in_range(0, 16); i > 0; --i) *request.add_points() = any_point();
+            request.set_min_spacing_m(0.01 * test::in_range(0, 3));
+            request.set_refit(test::in_range(0, 3) == 0);
+            if (test::in_range(0, 4) == 0) request.mutable_create();
+            if (test::in_range(0, 8) == 0) *request.mutable_symmetry() = any_symmetry(id);
+            for (int i = test::in_range(0, 16); i > 0; --i) *request.add_points() = any_point();
           }},
     Maker{"set_symmetry", 1,
           [](const std::string& id, v1::Operation& operation) {
@@ -152,7 +134,7 @@ const std::array makers{
           [](const std::string& id, v1::Operation& operation) {
             operation.mutable_fit()->set_entity(id);
             operation.mutable_fit()->set_degree(small_number(7));
-            operation.mutable_fit()->set_automatic_degree(in_range(0, 3) == 0);
+            operation.mutable_fit()->set_automatic_degree(test::in_range(0, 3) == 0);
           }},
     Maker{"refit_plane", 1,
           [](const std::string& id, v1::Operation& operation) {
@@ -161,13 +143,13 @@ const std::array makers{
     Maker{"set_superellipse", 1,
           [](const std::string& id, v1::Operation& operation) {
             operation.mutable_set_superellipse()->set_entity(id);
-            operation.mutable_set_superellipse()->set_exponent(0.1 * in_range(0, 220));
+            operation.mutable_set_superellipse()->set_exponent(0.1 * test::in_range(0, 220));
           }},
     Maker{"set_representation", 1,
           [](const std::string& id, v1::Operation& operation) {
             operation.mutable_set_representation()->set_entity(id);
             operation.mutable_set_representation()->set_representation(
-                static_cast<v1::Representation>(in_range(0, 4)));
+                static_cast<v1::Representation>(test::in_range(0, 4)));
           }},
     Maker{"rename", 1,
           [](const std::string& id, v1::Operation& operation) {
@@ -186,27 +168,28 @@ const std::array makers{
           [](const std::string& id, v1::Operation& operation) {
             operation.mutable_move_points()->set_entity(id);
             *operation.mutable_move_points()->mutable_region() = any_region();
-            *operation.mutable_move_points()->mutable_by() = any_vector();
+            *operation.mutable_move_points()->mutable_by() = test::any_vector(bad_one_in);
           }},
     Maker{"transform", 2,
           [](const std::string& id, v1::Operation& operation) {
             auto& request = *operation.mutable_transform();
             request.add_entities(id);
-            if (in_range(0, 4) == 0) request.add_entities(any_id());
-            *request.mutable_translation() = any_vector();
-            if (in_range(0, 2) == 0) {
-              request.mutable_rotation()->set_w(any_length());
-              request.mutable_rotation()->set_x(any_length());
-              request.mutable_rotation()->set_y(any_length());
+            if (test::in_range(0, 4) == 0) request.add_entities(any_id());
+            *request.mutable_translation() = test::any_vector(bad_one_in);
+            if (test::in_range(0, 2) == 0) {
+              request.mutable_rotation()->set_w(test::any_length(bad_one_in));
+              request.mutable_rotation()->set_x(test::any_length(bad_one_in));
+              request.mutable_rotation()->set_y(test::any_length(bad_one_in));
             }
-            if (in_range(0, 2) == 0) request.set_scale(*rc::gen::element(0.5, 0.9, 1.25, 2.0, 0.0, -1.0));
-            if (in_range(0, 2) == 0) *request.mutable_pivot() = any_vector();
+            if (test::in_range(0, 2) == 0)
+              request.set_scale(*rc::gen::element(0.5, 0.9, 1.25, 2.0, 0.0, -1.0));
+            if (test::in_range(0, 2) == 0) *request.mutable_pivot() = test::any_vector(bad_one_in);
           }},
     Maker{"duplicate", 1,
           [](const std::string& id, v1::Operation& operation) {
             operation.mutable_duplicate()->set_entity(id);
             operation.mutable_duplicate()->set_id(*rc::gen::element(any_id(), std::string("")));
-            *operation.mutable_duplicate()->mutable_translation() = any_vector();
+            *operation.mutable_duplicate()->mutable_translation() = test::any_vector(bad_one_in);
           }},
     Maker{"set_boundary", 2,
           [](const std::string& id, v1::Operation& operation) {
@@ -217,31 +200,31 @@ const std::array makers{
           [](const std::string& id, v1::Operation& operation) {
             auto& request = *operation.mutable_push_points();
             request.add_entities(id);
-            request.set_range(0.1 * in_range(0, 11));
-            request.set_falloff(static_cast<v1::Falloff>(in_range(0, 2)));
-            request.set_refit(in_range(0, 2) == 0);
+            request.set_range(0.1 * test::in_range(0, 11));
+            request.set_falloff(static_cast<v1::Falloff>(test::in_range(0, 2)));
+            request.set_refit(test::in_range(0, 2) == 0);
             v1::Vec3 normal;
             normal.set_z(1);
-            for (int i = 0; i < in_range(2, 5); ++i) {
+            for (int i = 0; i < test::in_range(2, 5); ++i) {
               auto& pose = *request.add_path();
-              *pose.mutable_centre() = any_vector();
-              *pose.mutable_normal() = in_range(0, 4) == 0 ? any_vector() : normal;
-              pose.set_radius_m(0.01 * in_range(1, 20));
+              *pose.mutable_centre() = test::any_vector(bad_one_in);
+              *pose.mutable_normal() = test::in_range(0, 4) == 0 ? test::any_vector(bad_one_in) : normal;
+              pose.set_radius_m(0.01 * test::in_range(1, 20));
               pose.set_time_ns(11'000'000LL * i);
             }
           }},
     Maker{"modify_profile", 6,
           [](const std::string& id, v1::Operation& operation) {
             auto& request = *operation.mutable_modify_profile();
-            for (int k = in_range(1, 3); k > 0; --k) {
+            for (int k = test::in_range(1, 3); k > 0; --k) {
               auto& curve = *request.add_curves();
-              for (int i = in_range(0, 12); i > 0; --i) *curve.add_points() = any_point();
-              switch (in_range(0, 4)) {
+              for (int i = test::in_range(0, 12); i > 0; --i) *curve.add_points() = any_point();
+              switch (test::in_range(0, 4)) {
                 case 0:
                   curve.set_entity(id);
                   break;
                 case 1:
-                  curve.add_split_at(0.1 * in_range(0, 11));
+                  curve.add_split_at(0.1 * test::in_range(0, 11));
                   curve.add_split_entities(id);
                   curve.add_split_entities(*rc::gen::element(any_id(), std::string("")));
                   break;
@@ -249,17 +232,17 @@ const std::array makers{
                   break;
               }
             }
-            if (in_range(0, 3) == 0) {
-              for (int k = in_range(1, 3); k > 0; --k) request.add_entities(any_id());
+            if (test::in_range(0, 3) == 0) {
+              for (int k = test::in_range(1, 3); k > 0; --k) request.add_entities(any_id());
             }
-            request.set_keep_as_points(in_range(0, 2) == 0);
+            request.set_keep_as_points(test::in_range(0, 2) == 0);
           }},
     Maker{"import_reference", 1,
           [](const std::string& id, v1::Operation& operation) {
             auto& request = *operation.mutable_import_reference();
             request.set_id(*rc::gen::element(id, std::string("")));
             for (int i = 0; i < 12; ++i)
-              request.mutable_resolved()->add_positions(0.01F * static_cast<float>(in_range(-20, 20)));
+              request.mutable_resolved()->add_positions(0.01F * static_cast<float>(test::in_range(-20, 20)));
             for (int i = 0; i < 6; ++i) request.mutable_resolved()->add_indices(small_number(4));
           }},
     Maker{"new_alternative", 1,
@@ -290,7 +273,7 @@ struct Made {
 Made any_operation() {
   int total = 0;
   for (const Maker& maker : makers) total += maker.weight;
-  int pick = in_range(0, total);
+  int pick = test::in_range(0, total);
   for (const Maker& maker : makers) {
     pick -= maker.weight;
     if (pick >= 0) continue;
@@ -310,12 +293,12 @@ std::vector<Made> any_sequence() {
     auto& request = *made.operation.mutable_add_points();
     request.set_entity(id);
     request.mutable_create()->set_degree(1 + small_number(3));
-    request.mutable_symmetry()->set_mode(static_cast<v1::SetSymmetry::Mode>(in_range(0, 3)));
+    request.mutable_symmetry()->set_mode(static_cast<v1::SetSymmetry::Mode>(test::in_range(0, 3)));
     request.mutable_symmetry()->mutable_plane()->mutable_normal()->set_x(1);
     for (int i = 0; i < 20; ++i) *request.add_points() = any_point();
     sequence.push_back(made);
   }
-  for (int i = in_range(1, longest_sequence - 1); i > 0; --i) sequence.push_back(any_operation());
+  for (int i = test::in_range(1, longest_sequence - 1); i > 0; --i) sequence.push_back(any_operation());
   return sequence;
 }
 
