@@ -12,6 +12,7 @@ constexpr double board_half_width_m = 0.46, board_half_depth_m = 0.36;
 constexpr double board_shift_x_m = 0.05;  ///< The palette lies on the right.
 /// Rays per texel and axis near a tag.
 constexpr int texel_rays = 8;
+constexpr double half_diagonal = 0.75;  ///< Of a square of edge 1, rounded up.
 
 /// Smooth noise on a grid of 1, in -1..1.
 double value_noise(double x, double y, std::uint64_t stream) {
@@ -40,9 +41,13 @@ TableScene::TableScene(const std::vector<TagPlacement>& table_tags) {
     const auto bitmap = tag_bitmap(placement.id);
     if (!bitmap) continue;
     Tag tag;
-    tag.centre_m = placement.body_from_tag.translation().head<2>();
-    tag.tag_from_world = placement.body_from_tag.linear().topLeftCorner<2, 2>().transpose();
+    tag.centre_x_m = placement.body_from_tag.translation().x();
+    tag.centre_y_m = placement.body_from_tag.translation().y();
+    const Eigen::Matrix2d tag_from_world = placement.body_from_tag.linear().topLeftCorner<2, 2>().transpose();
+    tag.xx = tag_from_world(0, 0), tag.xy = tag_from_world(0, 1);
+    tag.yx = tag_from_world(1, 0), tag.yy = tag_from_world(1, 1);
     tag.edge_m = placement.edge_m;
+    tag.reach_m = TagBitmap::sheet_edge_m(tag.edge_m) * half_diagonal;
     tag.bitmap = *bitmap;
     tags_.push_back(tag);
   }
@@ -54,16 +59,18 @@ bool TableScene::on_board(double x_m, double y_m) const {
 
 bool TableScene::near_tag(double x_m, double y_m, double reach_m) const {
   return std::any_of(tags_.begin(), tags_.end(), [&](const Tag& tag) {
-    const double reach = TagBitmap::sheet_edge_m(tag.edge_m) * 0.75 + reach_m;  // Half the diagonal is 0.71.
-    return (Eigen::Vector2d(x_m, y_m) - tag.centre_m).squaredNorm() <= reach * reach;
+    const double reach = tag.reach_m + reach_m;
+    return tag.squared_distance(x_m, y_m) <= reach * reach;
   });
 }
 
 float TableScene::luma_at(double x_m, double y_m) const {
   if (!on_board(x_m, y_m)) return scene_light::room_y;
   for (const Tag& tag : tags_) {
-    const Eigen::Vector2d local = tag.tag_from_world * (Eigen::Vector2d(x_m, y_m) - tag.centre_m);
-    if (const auto white = tag.bitmap.white_at(local.x(), local.y(), tag.edge_m)) {
+    if (tag.squared_distance(x_m, y_m) > tag.reach_m * tag.reach_m) continue;
+    const double dx = x_m - tag.centre_x_m, dy = y_m - tag.centre_y_m;
+    if (const auto white =
+            tag.bitmap.white_at(tag.xx * dx + tag.xy * dy, tag.yx * dx + tag.yy * dy, tag.edge_m)) {
       return *white ? scene_light::tag_white : scene_light::tag_black;
     }
   }

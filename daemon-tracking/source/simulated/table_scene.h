@@ -37,11 +37,18 @@ class TableScene {
   Texture texture(double texel_m) const;
 
  private:
+  // Plain numbers: every ray of every picture asks, and an unoptimised build pays dearly for matrices.
   struct Tag {
-    Eigen::Vector2d centre_m;
-    Eigen::Matrix2d tag_from_world;
+    double centre_x_m = 0, centre_y_m = 0;
+    double xx = 1, xy = 0, yx = 0, yy = 1;  ///< The rotation tag_from_world.
     double edge_m = 0;
+    double reach_m = 0;  ///< Of the circle around the sheet.
     TagBitmap bitmap;
+
+    double squared_distance(double x_m, double y_m) const {
+      const double dx = x_m - centre_x_m, dy = y_m - centre_y_m;
+      return dx * dx + dy * dy;
+    }
   };
   std::vector<Tag> tags_;
 };
