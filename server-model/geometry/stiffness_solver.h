@@ -1,0 +1,61 @@
+#pragma once
+// K X = F for many right-hand sides (architecture idea 4: what stays the same is prepared once). The direct
+// solver factorises; the iterative one is for surfaces whose factor would take minutes and gigabytes.
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
+
+#include "common/base/result.h"
+#include "server-model/geometry/propagation.h"
+#include "server-model/geometry/sculpt_energy.h"
+
+namespace handloft::geometry {
+
+class StiffnessSolver {
+ public:
+  virtual ~StiffnessSolver() = default;
+
+  /// How many unknowns: the movable control points.
+  virtual Eigen::Index size() const = 0;
+
+  /// X with K X = F, a column for each of F's. A column's bits depend on that column of F alone, not on its
+  /// neighbours nor on the number of threads. Errors: failed_precondition when an iteration does not reach
+  /// its residual.
+  virtual Result<Eigen::MatrixXd> solve(const Eigen::MatrixXd& f) const = 0;
+
+  /// Of the last columns: |K x - f| / |f| at most, and how many iterations at most (0: direct).
+  struct Report {
+    double relative_residual = 0;
+    int iterations = 0;
+  };
+  virtual Report report() const = 0;
+};
+
+struct StiffnessProblem {
+  KnotVector u, v;
+  SculptEnergy energy;
+  SculptSupports supports;
+};
+
+/// By sparse LDL^T (Eigen's SimplicialLDLT, fill-reducing order), in the order of movable_points(). K may be
+/// singular where nothing holds the surface (`Support::free`): then `ground` says with which stiffness each
+/// of the few control points that ground_points() names is tied to its place; see sculpt_system.h, which
+/// takes the tie out again. Errors: invalid_argument, resource_exhausted above `max_direct_unknowns`.
+inline constexpr std::size_t max_direct_unknowns = 60'000;
+Result<std::unique_ptr<StiffnessSolver>> make_direct_solver(const StiffnessProblem& problem);
+
+/// By conjugate gradients with a multigrid preconditioner over nested knot vectors, to a relative residual.
+struct IterativeOptions {
+  double relative_residual = 1e-10;
+  int max_iterations = 400;
+  ParallelFor parallel = run_in_turn;
+};
+Result<std::unique_ptr<StiffnessSolver>> make_iterative_solver(const StiffnessProblem& problem,
+                                                               const IterativeOptions& options = {});
+
+/// Direct up to `max_direct_unknowns`, iterative above.
+Result<std::unique_ptr<StiffnessSolver>> make_stiffness_solver(const StiffnessProblem& problem,
+                                                               const IterativeOptions& options = {});
+
+}  // namespace handloft::geometry
