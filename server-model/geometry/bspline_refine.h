@@ -2,6 +2,7 @@
 // Other control points for the same B-spline: knots inserted and removed, degrees raised, curves and surfaces
 // split, periodic ones cut open (Piegl and Tiller, chapter 5), parameters scaled to chord length.
 
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>

@@ -2,6 +2,8 @@
 // Non-uniform rational B-spline surfaces: tensor products, open or periodic in each direction (Piegl and
 // Tiller). The operations on them that keep their shape are in bspline_refine.h.
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -53,6 +55,7 @@ Result<SurfaceFunctional> surface_functional(const BSplineSurface& surface, doub
 
 /// All places of a grid at once: S(us[r], vs[c]) at [r * vs.size() + c], and with `normals` not null the unit
 /// normals. By rows: first along v, then along u, so that a place costs p + q products instead of p q.
+/// For the same grid again and again: GridEvaluator (bspline_grid.h). Precondition: check(surface).
 void evaluate_grid(const BSplineSurface& surface, std::span<const double> us, std::span<const double> vs,
                    std::vector<Vec3>& places, std::vector<Vec3>* normals = nullptr);
 

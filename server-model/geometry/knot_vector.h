@@ -2,7 +2,9 @@
 // Knot vectors of B-splines, open and periodic, and the basis functions over them: evaluation with
 // derivatives by the triangular scheme of Cox and de Boor (Piegl and Tiller, The NURBS Book, A2.1 - A2.3).
 
+#include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/base/result.h"
@@ -12,9 +14,9 @@ namespace handloft::geometry {
 /// n control values, degree p, parameters in [lower(), upper()]. Function i belongs to control value
 /// i % control_count().
 /// - open: n + p + 1 knots; function_count() == n. Clamped (end knots p + 1 times) or not.
-/// - periodic: knots t_p .. t_(p+n) bound one period, n spans at most; p more on each side repeat the
-/// pattern,
-///   so that all n + 2p + 1 are held; function_count() == n + p, of which the last p are the first p again.
+/// - periodic: knots t_p .. t_(p+n) bound one period, n spans at most, n >= 2; p more on each side repeat the
+///   pattern, so that all n + 2p + 1 are held; function_count() == n + p, of which the last p are the first p
+///   again.
 class KnotVector {
  public:
   static constexpr int max_degree = 24;              ///< As STEP readers take (OCCT's limit is 25).
@@ -23,6 +25,7 @@ class KnotVector {
   /// The knots as the kind says. Errors: invalid_argument for a degree outside 1..max_degree, a count that
   /// fits no kind, numbers that are not finite or descend, a domain without length, an inner knot more than p
   /// times (p + 1 times would tear it), a periodic pattern that does not repeat (to 1e-12 of the period).
+  /// Knots that differ by rounding (1e-14 of the domain) become equal.
   static Result<KnotVector> open(int degree, std::vector<double> knots);
   static Result<KnotVector> periodic(int degree, std::vector<double> knots);
   /// Equal spans over [0, 1]: clamped with n >= p + 1, periodic with n >= p + 1. Errors: invalid_argument.
