@@ -8,6 +8,10 @@ std::string_view to_string(EntityKind kind) {
       return "dual_shape";
     case EntityKind::reference:
       return "reference";
+    case EntityKind::sculpt_surface:
+      return "sculpt_surface";
+    case EntityKind::cad_model:
+      return "cad_model";
   }
   return "dual_shape";
 }

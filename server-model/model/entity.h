@@ -9,9 +9,9 @@
 
 namespace handloft::model {
 
-enum class EntityKind : std::uint8_t { dual_shape, reference };
+enum class EntityKind : std::uint8_t { dual_shape, reference, sculpt_surface, cad_model };
 
-std::string_view to_string(EntityKind kind);  ///< "dual_shape", "reference"
+std::string_view to_string(EntityKind kind);  ///< "dual_shape", "reference", "sculpt_surface", "cad_model"
 
 /// What all kinds have in common.
 struct Entity {

@@ -28,6 +28,14 @@ struct Limits {
   double max_disk_radius_m = 1.0;            ///< Of the disk (A13); a hand has 0.06.
   std::uint32_t max_degree = 6;              ///< A4
   std::uint32_t default_degree = 2;          ///< A4: what degree 0 in CreateDualShape means.
+  std::size_t max_control_points = 1'050'000;  ///< Of one sculpted surface (D21's largest: a million).
+  std::size_t max_icons = 256;                 ///< Of one sculpted surface.
+  std::size_t max_icon_corners = 2'000;        ///< Of a curve icon, as drawn.
+  std::size_t max_icon_sensors = 16;           ///< Of one icon.
+  std::size_t max_constraint_rows = 3'000;     ///< Of all of a surface's icons: a dense system of that size.
+  std::size_t max_model_bytes = 256U << 20;    ///< Of an imported CAD model.
+  std::size_t max_model_faces = 4'000;         ///< Sculptable ones; each is an entity.
+  std::size_t max_trim_curves = 20'000;        ///< Of one face.
   std::size_t max_history_steps = 10'000;    ///< Oldest steps are forgotten first.
   std::size_t max_provisional = 64;          ///< Gestures in the air at one time.
 };

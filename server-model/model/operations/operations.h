@@ -51,6 +51,20 @@ Result<Outcome> restore_alternative(const Document&, const handloft::v1::Restore
 Result<Outcome> delete_alternative(const Document&, const handloft::v1::DeleteAlternative&,
                                    const ApplyContext&);
 
+Result<Outcome> create_sculpt_surface(const Document&, const handloft::v1::CreateSculptSurface&,
+                                      const ApplyContext&);
+Result<Outcome> set_sculpting(const Document&, const handloft::v1::SetSculpting&, const ApplyContext&);
+Result<Outcome> add_icon(const Document&, const handloft::v1::AddIcon&, const ApplyContext&);
+Result<Outcome> change_icon(const Document&, const handloft::v1::ChangeIcon&, const ApplyContext&);
+Result<Outcome> drag_icon(const Document&, const handloft::v1::DragIcon&, const ApplyContext&);
+Result<Outcome> delete_icon(const Document&, const handloft::v1::DeleteIcon&, const ApplyContext&);
+Result<Outcome> commit_sculpting(const Document&, const handloft::v1::CommitSculpting&, const ApplyContext&);
+Result<Outcome> recover_sculpting(const Document&, const handloft::v1::RecoverSculpting&,
+                                  const ApplyContext&);
+Result<Outcome> refine_surface(const Document&, const handloft::v1::RefineSurface&, const ApplyContext&);
+/// Only with `resolved` filled; failed_precondition otherwise.
+Result<Outcome> import_model(const Document&, const handloft::v1::ImportModel&, const ApplyContext&);
+
 // --- shared by several operations ---
 
 /// What a message asks to be shown. invalid_argument for anything but POINTS, SURFACE and BOTH.
