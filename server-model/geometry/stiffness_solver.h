@@ -36,6 +36,11 @@ struct StiffnessProblem {
   KnotVector u, v;
   SculptEnergy energy;
   SculptSupports supports;
+  /// Movable control points (by their index in the surface, ascending, each once) tied to their places:
+  /// `ground_stiffness` > 0 is added to their diagonal elements of K. Of the order of the bending stiffness
+  /// over the surface's area, more only makes the iteration longer.
+  std::vector<std::uint32_t> grounded = {};
+  double ground_stiffness = 0;
 };
 
 /// By sparse LDL^T (Eigen's SimplicialLDLT, fill-reducing order), in the order of movable_points(). K may be
