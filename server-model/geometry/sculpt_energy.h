@@ -42,12 +42,27 @@ struct SculptSupports {
 };
 
 /// The integrals of N_i^(a) N_j^(b) over the domain, n x n by control values, a and b <= 2: exact by Gauss
-/// points, p + 1 a span. Symmetric when a = b.
+/// points, p + 1 a span. Symmetric when a = b, and (a, b) the transpose of (b, a), to the bit; all of one
+/// sparsity pattern: zeros that derivatives bring are kept.
 Eigen::SparseMatrix<double> gram_matrix(const KnotVector& knots, int a, int b);
 
 /// K of a surface over its knots (its weights are not asked: displacements are measured as polynomial ones),
 /// in the order of its control points. Symmetric to the bit.
 Eigen::SparseMatrix<double> stiffness(const KnotVector& u, const KnotVector& v, const SculptEnergy& energy);
+
+/// K x without K: by the terms' Kronecker factors, O(degree) a point and no memory to speak of.
+class StiffnessProduct {
+ public:
+  StiffnessProduct(const KnotVector& u, const KnotVector& v, const SculptEnergy& energy);
+  /// All control points, in their order. Precondition: as many as the knots say.
+  Eigen::VectorXd operator()(const Eigen::VectorXd& x) const;
+
+ private:
+  struct Term {
+    Eigen::SparseMatrix<double, Eigen::RowMajor> u, v;
+  };
+  std::vector<Term> terms_;
+};
 
 /// Of a curve, alpha |w_u|^2 + beta |w_uu|^2 (D1).
 Eigen::SparseMatrix<double> curve_stiffness(const KnotVector& knots, double alpha, double beta);

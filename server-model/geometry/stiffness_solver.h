@@ -3,8 +3,10 @@
 // solver factorises; the iterative one is for surfaces whose factor would take minutes and gigabytes.
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 #include "common/base/result.h"
 #include "server-model/geometry/propagation.h"
@@ -32,25 +34,35 @@ class StiffnessSolver {
   virtual Report report() const = 0;
 };
 
+/// A spring of this stiffness between one control point and its place: K(point, point) grows by it. Where
+/// nothing holds the surface K is singular, and a few of these make it definite; sculpt_system.h, which adds
+/// them, takes their effect out again exactly.
+struct Tie {
+  std::uint32_t point = 0;
+  double stiffness = 0;
+};
+
 struct StiffnessProblem {
   KnotVector u, v;
   SculptEnergy energy;
   SculptSupports supports;
-  /// Movable control points (by their index in the surface, ascending, each once) tied to their places:
-  /// `ground_stiffness` > 0 is added to their diagonal elements of K. Of the order of the bending stiffness
-  /// over the surface's area, more only makes the iteration longer.
-  std::vector<std::uint32_t> grounded = {};
-  double ground_stiffness = 0;
+  std::vector<std::uint32_t> held;  ///< Further control points that stay, ascending.
+  std::vector<Tie> ties;            ///< Of movable control points.
 };
+/// The unknowns, ascending: movable_points() of the supports without the held ones.
+std::vector<std::uint32_t> unknowns(const StiffnessProblem& problem);
 
-/// By sparse LDL^T (Eigen's SimplicialLDLT, fill-reducing order), in the order of movable_points(). K may be
-/// singular where nothing holds the surface (`Support::free`): then `ground` says with which stiffness each
-/// of the few control points that ground_points() names is tied to its place; see sculpt_system.h, which
-/// takes the tie out again. Errors: invalid_argument, resource_exhausted above `max_direct_unknowns`.
+/// By sparse LDL^T (Eigen's SimplicialLDLT, fill-reducing order), in the order of unknowns(). Errors:
+/// invalid_argument (numbers, points that are not there, nothing movable); failed_precondition where the
+/// energy lets the surface move without resistance, ties included; resource_exhausted above
+/// `max_direct_unknowns`.
 inline constexpr std::size_t max_direct_unknowns = 60'000;
 Result<std::unique_ptr<StiffnessSolver>> make_direct_solver(const StiffnessProblem& problem);
+/// The same of any symmetric matrix.
+Result<std::unique_ptr<StiffnessSolver>> make_direct_solver(const Eigen::SparseMatrix<double>& k);
 
 /// By conjugate gradients with a multigrid preconditioner over nested knot vectors, to a relative residual.
+/// Errors: as above, but unsupported when points are held beside the supports.
 struct IterativeOptions {
   double relative_residual = 1e-10;
   int max_iterations = 400;
