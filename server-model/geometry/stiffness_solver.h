@@ -34,27 +34,25 @@ class StiffnessSolver {
   virtual Report report() const = 0;
 };
 
-/// A spring of this stiffness between one control point and its place: K(point, point) grows by it. Where
-/// nothing holds the surface K is singular, and a few of these make it definite; sculpt_system.h, which adds
-/// them, takes their effect out again exactly.
-struct Tie {
-  std::uint32_t point = 0;
-  double stiffness = 0;
-};
-
 struct StiffnessProblem {
   KnotVector u, v;
   SculptEnergy energy;
   SculptSupports supports;
-  std::vector<std::uint32_t> held;  ///< Further control points that stay, ascending.
-  std::vector<Tie> ties;            ///< Of movable control points.
+  /// Unknowns (by their index in the surface, ascending, each once) tied to their places: `ground_stiffness`
+  /// > 0 is added to their diagonal elements of K, which is singular where nothing holds the surface. Of the
+  /// order of the bending stiffness over the surface's area, more only makes the iteration longer.
+  /// sculpt_system.h, which ties them, takes the effect out again exactly.
+  std::vector<std::uint32_t> grounded = {};
+  double ground_stiffness = 0;
+  /// Further control points that stay in their places, ascending (direct solver only).
+  std::vector<std::uint32_t> held = {};
 };
 /// The unknowns, ascending: movable_points() of the supports without the held ones.
 std::vector<std::uint32_t> unknowns(const StiffnessProblem& problem);
 
 /// By sparse LDL^T (Eigen's SimplicialLDLT, fill-reducing order), in the order of unknowns(). Errors:
 /// invalid_argument (numbers, points that are not there, nothing movable); failed_precondition where the
-/// energy lets the surface move without resistance, ties included; resource_exhausted above
+/// energy lets the surface move without resistance; resource_exhausted above
 /// `max_direct_unknowns`.
 inline constexpr std::size_t max_direct_unknowns = 60'000;
 Result<std::unique_ptr<StiffnessSolver>> make_direct_solver(const StiffnessProblem& problem);
