@@ -49,6 +49,9 @@ struct StiffnessProblem {
 };
 /// The unknowns, ascending: movable_points() of the supports without the held ones.
 std::vector<std::uint32_t> unknowns(const StiffnessProblem& problem);
+/// The rows and columns of some control points, ascending.
+Eigen::SparseMatrix<double> principal_part(const Eigen::SparseMatrix<double>& k,
+                                           const std::vector<std::uint32_t>& points);
 
 /// By sparse LDL^T (Eigen's SimplicialLDLT, fill-reducing order), in the order of unknowns(). Errors:
 /// invalid_argument (numbers, points that are not there, nothing movable); failed_precondition where the
