@@ -34,8 +34,16 @@ Result<ScaledPoints> ScaledPoints::from(std::span<const WeightedPoint> local_poi
     points.box_ = usable_box(Box2{Vec2::Zero(), Vec2::Zero()});
     return points;
   }
-  const Vec2 lower = points.columns_.leftCols<2>().colwise().minCoeff();
-  const Vec2 upper = points.columns_.leftCols<2>().colwise().maxCoeff();
+  // Points of no weight don't pull: if they stretched the box, those that do would lie in a corner of it, and
+  // the monomials there hardly differ.
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Vec2 lower = Vec2::Constant(infinity);
+  Vec2 upper = -lower;
+  for (const WeightedPoint& point : local_points) {
+    if (!(point.weight > 0) && points.weighted_count_ > 0) continue;
+    lower = lower.cwiseMin(point.position.head<2>());
+    upper = upper.cwiseMax(point.position.head<2>());
+  }
   points.scale_to(usable_box(Box2{0.5 * (lower + upper), 0.5 * (upper - lower)}));
   return points;
 }

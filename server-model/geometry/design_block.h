@@ -17,7 +17,8 @@ inline constexpr Eigen::Index block_points = 256;
 
 class ScaledPoints {
  public:
-  /// Checks, copies and scales to the footprint's box. Errors: as check_points() says.
+  /// Checks, copies and scales to the footprint's box: that of the points of weight above 0, or of all when
+  /// none has one. Errors: as check_points() says.
   static Result<ScaledPoints> from(std::span<const WeightedPoint> local_points);
   /// The same with a box that is given. Precondition: half extents > 0, points that pass check_points().
   static ScaledPoints in_box(std::span<const WeightedPoint> local_points, const Box2& box);

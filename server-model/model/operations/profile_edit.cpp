@@ -166,17 +166,21 @@ std::shared_ptr<FittedSurface> fit_after(const FittedSurface& before, const Dual
 /// no surface is its own mirror image, nor where points that hardly determine the surface let a curve lift it
 /// to heights beside which they are rounding: there the shape is fitted again.
 Status settle(DualShape& shape) {
-  // Within the tolerance of A8, 1e-9, as a fraction of the heights.
-  constexpr double rounding = 1e-10;
+  // Of the heights, both as eq. 3 weighs them. A change of the residuals by this much turns the optimum's
+  // coefficients by at most the design's condition number as much: 1e-9 (A8) to conditions of 1000, and the
+  // fit that is made beyond is as good as any.
+  constexpr double rounding = 1e-12;
   const std::vector<WeightedPoint> points = local_points(shape);
   auto fit = std::make_shared<FittedSurface>(*shape.fit);
-  double height = 0;
-  for (const WeightedPoint& point : points) height = std::max(height, std::abs(point.position.z()));
   fit->residuals_m = geometry::vertical_residuals(fit->surface, points);
+  double heights = 0;
+  double changes = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double change = std::abs(fit->residuals_m[i] - shape.residual_m(i));
-    if (!(change <= rounding * height)) return refit_alone(shape);
+    const double change = fit->residuals_m[i] - shape.residual_m(i);
+    heights += points[i].weight * points[i].position.z() * points[i].position.z();
+    changes += points[i].weight * change * change;
   }
+  if (!(changes <= rounding * rounding * heights)) return refit_alone(shape);
   fit->box = geometry::footprint_box(points, geometry::Frame{});
   fit->statistics = statistics_of(shape, fit->residuals_m);
   shape.fit = std::move(fit);

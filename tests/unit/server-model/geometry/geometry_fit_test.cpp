@@ -77,6 +77,27 @@ TEST(PolynomialFit, A6_TheWeightIsPressureAndNotItsSquare) {
   EXPECT_NEAR(fit->surface.value(0.2, 0.3), 1.0 / 3, 1e-15);
 }
 
+TEST(PolynomialFit, A6_PointsOfNoWeightDoNotStretchTheBox) {
+  // One lies 300 times as far away as the others: in a box that held it, they would be one corner.
+  std::mt19937_64 random(18);
+  for (const int degree : {1, 2, 4, 6}) {
+    std::vector<WeightedPoint> cloud = test::random_cloud(random, 100);
+    const auto without = fit_polynomial_surface(cloud, {.degree = degree});
+    cloud.insert(cloud.begin() + 7, {{30, -15, 2}, 0});
+    cloud.push_back({{-0.5, 0.1, 9}, 0});
+    const auto with = fit_polynomial_surface(cloud, {.degree = degree});
+    ASSERT_TRUE(without.ok() && with.ok());
+    EXPECT_EQ(with->surface.box().centre, without->surface.box().centre);
+    EXPECT_EQ(with->surface.box().half_extent, without->surface.box().half_extent);
+    EXPECT_LE(largest_relative_difference(with->surface.scaled_coefficients(),
+                                          without->surface.scaled_coefficients()),
+              1e-13)
+        << degree;
+    EXPECT_EQ(with->statistics.count, 102U);
+    EXPECT_GE(with->statistics.max, 1);  // They are still points of the shape.
+  }
+}
+
 TEST(PolynomialFit, StatisticsByHand) {
   // The plane z = 0 against heights +-1 in alternation, weights 1: every residual is 1.
   const std::vector<WeightedPoint> points{
