@@ -180,7 +180,10 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
       words.push_back({"draws " + status.mode, ink});
     }
     if (status.range) {
-      words.push_back({fmt::format("Range {:.0f} %", 100.0F * std::clamp(*status.range, 0.0F, 1.0F)), ink});
+      words.push_back(
+          {fmt::format("Range {:.0f} %, {} falloff", 100.0F * std::clamp(*status.range, 0.0F, 1.0F),
+                       status.smooth_falloff ? "smooth" : "literal"),
+           ink});
     }
     if (status.symmetry) words.push_back({"◐ mirrored", faint_ink});
     const float bar_width = 6.0F * layout.text_height();

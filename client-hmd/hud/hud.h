@@ -27,6 +27,7 @@ struct HudStatus {
   bool symmetry = false;
   std::string mode;                 ///< What a pointing hand draws: "profile", "boundary".
   std::optional<float> range;       ///< Of a push, 0..1 (A16); while there is a disk.
+  bool smooth_falloff = false;      ///< Of the push (A17).
   std::vector<std::string> others;  ///< Who else is here.
   std::size_t shapes = 0, surfaces = 0, points = 0;
   std::size_t references = 0;              ///< Imported, to design around (A28).

@@ -93,7 +93,7 @@ void add_cursor(const std::array<std::optional<FingerAnswer>, finger_count>& fin
   if (count < min_fingers_for_centre) return;
   const glm::dvec3 centre = sum / static_cast<double>(count);
   if (hand.gesture == v1::GESTURE_ON_TABLE) {
-    frame.touched = palette_command_at(centre.x, centre.y);
+    frame.touched = palette_command_at(centre.x, centre.y, frame.palette_page);
   } else if (hand.gesture == v1::GESTURE_OPEN) {
     frame.pressure = PressureMark{glm::vec3(centre), static_cast<float>(hand.pressure), hand.pressing};
   }
@@ -108,6 +108,17 @@ void add_symmetry(const ModelState& model, Frame& frame) {
     if (!activity.symmetry || !activity.symmetry_plane || frame.symmetry) continue;
     frame.symmetry = SymmetryHint{vec(activity.symmetry_plane->origin), vec(activity.symmetry_plane->normal)};
   }
+}
+
+/// As the hand's server tells; peers have tables of their own.
+int palette_page(const ModelState& model) {
+  for (const auto& [key, activity] : model.activities) {
+    if (activity.client_id == 0 && activity.palette_page > 0 &&
+        activity.palette_page <= static_cast<std::uint32_t>(palette_pages)) {
+      return static_cast<int>(activity.palette_page);
+    }
+  }
+  return first_palette_page;
 }
 
 void add_gestures(const ModelState& model, Frame& frame) {
@@ -136,7 +147,10 @@ HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
   for (const auto& [key, activity] : model.activities) {
     if (!activity.tool.empty() && status.tool.empty()) status.tool = activity.tool;
     if (status.mode.empty() && activity.client_id == 0) status.mode = activity.mode;
-    if (activity.disk && !status.range) status.range = activity.range;
+    if (activity.disk && !status.range) {
+      status.range = activity.range;
+      status.smooth_falloff = activity.smooth_falloff;
+    }
     status.symmetry = status.symmetry || activity.symmetry;
     if (!activity.name.empty() && activity.client_id != 0) status.others.push_back(activity.name);
   }
@@ -174,6 +188,7 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   frame.film = std::move(view.film);
   frame.warp = view.warp;
   frame.distances = request.distances;
+  frame.palette_page = palette_page(*sources.model);
   if (tracking.hand) {
     add_cursor(sources.tracking->fingers_at(view.time), *tracking.hand,
                tracking.finger_colours.value_or(default_finger_colours), frame);

@@ -64,6 +64,8 @@ Result<Activity> read_activity(const v1::Presence& presence, const ActivityLimit
   activity.entity = shortened(presence.entity());
   activity.mode = shortened(presence.mode());
   activity.symmetry = presence.symmetry();
+  activity.smooth_falloff = presence.falloff() == v1::FALLOFF_SMOOTH;
+  activity.palette_page = presence.palette_page();
   if (presence.has_symmetry_plane()) {
     const Result<PlaneMark> plane = read_plane(presence.symmetry_plane(), limits);
     if (!plane) return plane.error();

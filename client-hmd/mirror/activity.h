@@ -34,6 +34,8 @@ struct Activity {
   bool symmetry = false;        ///< New strokes are mirrored ...
   std::optional<PlaneMark> symmetry_plane;  ///< ... in this plane.
   std::optional<DiskMark> disk;             ///< While the hand is closed.
+  bool smooth_falloff = false;              ///< Of pushes (A17); else the literal one.
+  std::uint32_t palette_page = 0;           ///< That the table shows; 0: not told.
   float range = 0.0F;                       ///< Of the propagation, 0..1 (A16).
   std::shared_ptr<const SceneCurve> curve;  ///< Being drawn; null: none.
 };

@@ -183,6 +183,7 @@ void FlatPass::flush(const glm::mat4& clip_from_sheet, const Font& font) {
 void FlatPass::draw_palette(const Frame& frame, const EyeUniforms& eye) {
   constexpr float lift_m = 0.0003F;  // Above the table's plane, so that depth decides for the cell.
   for (const PaletteCell& cell : table_palette) {
+    if (!is_on_page(cell, frame.palette_page)) continue;
     const bool touched = frame.touched == cell.command;
     const auto w = static_cast<float>(cell.width_m);
     const auto h = static_cast<float>(cell.height_m);

@@ -85,6 +85,7 @@ struct Frame {
   std::optional<SymmetryHint> symmetry;
   std::vector<DiskHint> disks;                                ///< One a closed hand.
   std::vector<std::shared_ptr<const SceneCurve>> air_curves;  ///< Being drawn; never null.
+  int palette_page = first_palette_page;                      ///< Whose cells the table shows.
   std::optional<PaletteCommand> touched;                      ///< The palette's cell under the hand.
   std::optional<DistanceScale> distances;                     ///< Shapes show theirs (A28); references fade.
   Overlay overlay;

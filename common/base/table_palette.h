@@ -30,6 +30,8 @@ enum class PaletteCommand {
   new_alternative,
   next_alternative,
   export_file,
+  next_page,
+  falloff,
 };
 
 /// A rectangle on the table, z = 0: centre and full extents in metres.
@@ -39,13 +41,18 @@ struct PaletteCell {
   double centre_x_m, centre_y_m;
   double width_m, height_m;
   std::string_view sign;  ///< One character that stands above the label; DejaVu Sans has them all.
+  int page = 0;           ///< Which page it is on, from first_palette_page; 0: on every page.
 };
+
+inline constexpr int first_palette_page = 1;
 
 /// Cells of 50 mm at a pitch of 60 mm: large enough for a palm's worth of uncertainty. Three blocks around
 /// the work, none over a tag of the board (daemon-tracking/source/rig.cpp): what every shape needs to the
 /// right of it, what is done with whole shapes to the left, and what is set now and then in a row between the
-/// work and the designer.
-inline constexpr std::array<PaletteCell, 20> table_palette{{
+/// work and the designer. That row has pages, which "More" turns; a new command takes a free place of the
+/// last page's row (x from -0.18 to 0.24), or of a page of its own, and nothing else changes: server, client
+/// and simulated hand know the pages from here.
+inline constexpr std::array<PaletteCell, 22> table_palette{{
     {PaletteCommand::fit, "Fit", 0.17, 0.06, 0.05, 0.05, "◠"},
     {PaletteCommand::representation, "Points / surface", 0.23, 0.06, 0.05, 0.05, "∴"},
     {PaletteCommand::new_shape, "New shape", 0.17, 0.0, 0.05, 0.05, "✚"},
@@ -60,19 +67,42 @@ inline constexpr std::array<PaletteCell, 20> table_palette{{
     {PaletteCommand::erase, "Delete", -0.145, -0.06, 0.05, 0.05, "✖"},
     {PaletteCommand::both, "Points + surface", -0.085, -0.06, 0.05, 0.05, "◉"},
 
-    {PaletteCommand::refit_plane, "Refit plane", -0.18, -0.205, 0.05, 0.05, "▱"},
-    {PaletteCommand::degree, "Degree", -0.12, -0.205, 0.05, 0.05, "ⁿ"},
-    {PaletteCommand::exponent, "Exponent", -0.06, -0.205, 0.05, 0.05, "◇"},
-    {PaletteCommand::trim_mode, "Profile / boundary", 0.0, -0.205, 0.05, 0.05, "✂"},
-    {PaletteCommand::keep_curve, "Keep curve", 0.06, -0.205, 0.05, 0.05, "∿"},
-    {PaletteCommand::new_alternative, "New alternative", 0.12, -0.205, 0.05, 0.05, "⎇"},
-    {PaletteCommand::next_alternative, "Next alternative", 0.18, -0.205, 0.05, 0.05, "⇄"},
-    {PaletteCommand::export_file, "Export", 0.24, -0.205, 0.05, 0.05, "⇪"},
+    {PaletteCommand::refit_plane, "Refit plane", -0.18, -0.205, 0.05, 0.05, "▱", 1},
+    {PaletteCommand::degree, "Degree", -0.12, -0.205, 0.05, 0.05, "ⁿ", 1},
+    {PaletteCommand::exponent, "Exponent", -0.06, -0.205, 0.05, 0.05, "◇", 1},
+    {PaletteCommand::trim_mode, "Profile / boundary", 0.0, -0.205, 0.05, 0.05, "✂", 1},
+    {PaletteCommand::keep_curve, "Keep curve", 0.06, -0.205, 0.05, 0.05, "∿", 1},
+    {PaletteCommand::new_alternative, "New alternative", 0.12, -0.205, 0.05, 0.05, "⎇", 1},
+    {PaletteCommand::next_alternative, "Next alternative", 0.18, -0.205, 0.05, 0.05, "⇄", 1},
+    {PaletteCommand::export_file, "Export", 0.24, -0.205, 0.05, 0.05, "⇪", 1},
+
+    {PaletteCommand::falloff, "Falloff", -0.18, -0.205, 0.05, 0.05, "∩", 2},
+
+    {PaletteCommand::next_page, "More", -0.24, -0.205, 0.05, 0.05, "⋯"},
 }};
 
-/// The cell that holds (x, y), in metres; null between and beside the cells, and for what is no number.
-constexpr const PaletteCell* palette_cell_at(double x_m, double y_m) {
+/// How many pages there are.
+inline constexpr int palette_pages = [] {
+  int pages = first_palette_page;
+  for (const PaletteCell& cell : table_palette) pages = cell.page > pages ? cell.page : pages;
+  return pages;
+}();
+
+/// The page that "More" turns to; after the last one the first again.
+constexpr int palette_page_after(int page) {
+  return page >= first_palette_page && page < palette_pages ? page + 1 : first_palette_page;
+}
+
+/// Whether the table shows a cell while it shows `page`.
+constexpr bool is_on_page(const PaletteCell& cell, int page) {
+  return cell.page == 0 || cell.page == page;
+}
+
+/// The cell of `page` that holds (x, y), in metres; null between and beside the cells, and for what is no
+/// number.
+constexpr const PaletteCell* palette_cell_at(double x_m, double y_m, int page) {
   for (const PaletteCell& cell : table_palette) {
+    if (!is_on_page(cell, page)) continue;
     const double dx = x_m - cell.centre_x_m;
     const double dy = y_m - cell.centre_y_m;
     if (dx >= -cell.width_m / 2 && dx <= cell.width_m / 2 && dy >= -cell.height_m / 2 &&
@@ -84,12 +114,12 @@ constexpr const PaletteCell* palette_cell_at(double x_m, double y_m) {
 }
 
 /// The command of that cell.
-constexpr std::optional<PaletteCommand> palette_command_at(double x_m, double y_m) {
-  const PaletteCell* cell = palette_cell_at(x_m, y_m);
+constexpr std::optional<PaletteCommand> palette_command_at(double x_m, double y_m, int page) {
+  const PaletteCell* cell = palette_cell_at(x_m, y_m, page);
   return cell ? std::optional(cell->command) : std::nullopt;
 }
 
-/// The cell of a command. Every command has one.
+/// The cell of a command. Every command has one, on one page.
 constexpr const PaletteCell& palette_cell_of(PaletteCommand command) {
   for (const PaletteCell& cell : table_palette) {
     if (cell.command == command) return cell;

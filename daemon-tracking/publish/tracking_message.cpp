@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/codec/fingertips.h"
+#include "daemon-tracking/source/glove_report.h"
 
 namespace handloft::tracking {
 
@@ -50,6 +51,12 @@ v1::Gesture to_message(const FusedHand& hand) {
   }
   return v1::GESTURE_UNKNOWN;
 }
+
+// What the glove reports and what is published are the same bits.
+static_assert(contact_index == 1U << v1::CONTACT_PAD_INDEX &&
+              contact_middle == 1U << v1::CONTACT_PAD_MIDDLE && contact_ring == 1U << v1::CONTACT_PAD_RING &&
+              contact_little == 1U << v1::CONTACT_PAD_LITTLE &&
+              contact_thumb == 1U << v1::CONTACT_PAD_THUMB && contact_table == 1U << v1::CONTACT_PAD_TABLE);
 
 template <typename Matrix>
 void append_upper_triangle(const Matrix& matrix, google::protobuf::RepeatedField<float>& to) {

@@ -52,6 +52,7 @@ Result<std::optional<HandSample>> read_hand(const v1::TrackingFrame& frame, int 
     return bad(name + ".pressure", hand.pressure(), "0..1");
   sample.pressure = hand.pressure();
   sample.pressing = hand.pressing();
+  sample.thumb_laid = (hand.contacts() >> v1::CONTACT_PAD_THUMB & 1U) != 0;
   if (!(hand.potentiometer() >= 0.0 && hand.potentiometer() <= 1.0))
     return bad(name + ".potentiometer", hand.potentiometer(), "0..1");
   sample.potentiometer = hand.potentiometer();

@@ -28,6 +28,7 @@ struct HandSample {
   v1::Gesture gesture = v1::GESTURE_UNKNOWN;
   double pressure = 0.0;  ///< rho, 0..1 (A1)
   bool pressing = false;
+  bool thumb_laid = false;     ///< The thumb's pad is closed: a tap divides a profile stroke (A21).
   double potentiometer = 0.0;  ///< 0..1: the propagation's range (A16), a moved shape's size, an exponent.
 };
 

@@ -196,7 +196,7 @@ void Interaction::on_table(Hand& hand, const HandFrame& frame, FrameOutcome& out
   if (hand.touch_spent) return;
   const auto over = frame.centre ? frame.centre : hand.centre.rough(frame.sample);
   if (!over) return;
-  const auto command = palette_command_at(over->x(), over->y());
+  const auto command = palette_command_at(over->x(), over->y(), workbench_.modes.palette_page);
   if (!command) return;
   hand.touch_spent = true;
   ++statistics_.commands;

@@ -64,6 +64,10 @@ CommandAnswer PaletteCommands::run(PaletteCommand command, FrameOutcome& outcome
       return step_trim_mode();
     case PaletteCommand::keep_curve:
       return toggle_keep_curve();
+    case PaletteCommand::falloff:
+      return toggle_falloff();
+    case PaletteCommand::next_page:
+      return next_page();
     case PaletteCommand::new_alternative:
       operation.mutable_new_alternative();
       return submit("new alternative", operation, outcome);
@@ -170,6 +174,19 @@ CommandAnswer PaletteCommands::toggle_keep_curve() {
   bool& keep = workbench_.modes.keep_curve;
   keep = !keep;
   return {keep ? "profiles leave points" : "profiles leave no points", {}};
+}
+
+// A push that is in the air goes on as it began.
+CommandAnswer PaletteCommands::toggle_falloff() {
+  v1::Falloff& falloff = workbench_.modes.falloff;
+  falloff = falloff == v1::FALLOFF_LITERAL ? v1::FALLOFF_SMOOTH : v1::FALLOFF_LITERAL;
+  return {falloff == v1::FALLOFF_SMOOTH ? "falloff: smooth" : "falloff: literal", {}};
+}
+
+CommandAnswer PaletteCommands::next_page() {
+  int& page = workbench_.modes.palette_page;
+  page = palette_page_after(page);
+  return {fmt::format("palette page {} of {}", page, palette_pages), {}};
 }
 
 CommandAnswer PaletteCommands::toggle_move() {

@@ -34,6 +34,8 @@ class PaletteCommands {
   CommandAnswer step_degree(FrameOutcome& outcome);
   CommandAnswer step_trim_mode();
   CommandAnswer toggle_keep_curve();
+  CommandAnswer toggle_falloff();
+  CommandAnswer next_page();
   CommandAnswer toggle_move();
   CommandAnswer select_next(FrameOutcome& outcome);
   CommandAnswer select_nearest(FrameOutcome& outcome);

@@ -60,6 +60,7 @@ Result<Preview> PushGesture::on_frame(const HandFrame& frame) {
     push.add_entities(entity_);
     push.set_refit(workbench_.fits_live(entity_));
     push.set_range(frame.sample.potentiometer);
+    push.set_falloff(workbench_.modes.falloff);
     *push.add_path() = message_of(*before, before_time);
     *push.add_path() = message_of(*pose, frame.sample.capture_time);
     if (before_time == TimePoint{}) push.mutable_path(0)->set_time_ns(push.path(1).time_ns());

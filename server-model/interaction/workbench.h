@@ -6,6 +6,8 @@
 #include <set>
 #include <string>
 
+#include "common/base/table_palette.h"
+#include "proto/operation.pb.h"
 #include "server-model/interaction/options.h"
 #include "server-model/interaction/target.h"
 #include "server-model/model/model.h"
@@ -18,8 +20,11 @@ struct Modes {
   TrimMode trim = TrimMode::profile;
   HandTool tool = HandTool::sculpt;
   bool keep_curve = false;  ///< Profile strokes leave points behind (A20).
+  /// How pushes spread where the ranges of several contacts meet (A17).
+  v1::Falloff falloff = v1::FALLOFF_LITERAL;
   /// Of fits and new shapes from now on; nullopt: as each shape is. 0: chosen by the model.
   std::optional<std::uint32_t> degree;
+  int palette_page = first_palette_page;  ///< That the table shows.
 };
 
 struct Workbench {

@@ -147,6 +147,8 @@ v1::Presence hand_presence(const v1::TrackingFrame& frame, int hand,
   }
   const interaction::Modes& modes = interaction.modes();
   presence.set_mode(mode_words(modes));
+  presence.set_falloff(modes.falloff);
+  presence.set_palette_page(static_cast<std::uint32_t>(modes.palette_page));
   if (!activity.curve.empty()) {
     presence.mutable_curve()->set_points(pack_curve(activity.curve));
     presence.mutable_curve()->set_kind(modes.trim == interaction::TrimMode::profile ? v1::Polyline::PROFILE

@@ -61,6 +61,13 @@ TEST(Tour, TheHandDoesAllThatADesignerDoes_A25) {
       "{\"undo\": {}}\n"                                  // the boundary
       "{\"query\": {\"pick\": {\"origin\": {\"x\": 0.034, \"y\": 0.0, \"z\": 0.4}, \"direction\": {\"z\": "
       "-1}}}}\n"
+      "{\"query\": {\"pick\": {\"origin\": {\"x\": 0.02, \"y\": 0.0, \"z\": 0.4}, \"direction\": {\"z\": "
+      "-1}}}}\n"
+      "{\"undo\": {}}\n"  // the profile that the thumb divided
+      "{\"query\": {\"pick\": {\"origin\": {\"x\": 0.02, \"y\": 0.0, \"z\": 0.4}, \"direction\": {\"z\": "
+      "-1}}}}\n"
+      "{\"query\": {\"pick\": {\"origin\": {\"x\": 0.0, \"y\": 0.0, \"z\": 0.4}, \"direction\": {\"z\": "
+      "-1}}}}\n"
       "{\"undo\": {}}\n"  // the profile
       "{\"query\": {\"pick\": {\"origin\": {\"x\": 0.0, \"y\": 0.0, \"z\": 0.4}, \"direction\": {\"z\": "
       "-1}}}}\n"
@@ -73,7 +80,7 @@ TEST(Tour, TheHandDoesAllThatADesignerDoes_A25) {
     const bool asked = answer.contains("result") && !answer["result"].contains("sequence");
     if (asked) answers.push_back(answer["result"]);  // the others are of the undos
   }
-  ASSERT_EQ(answers.size(), 9U) << json(session.answers).dump(1).substr(0, 4000);
+  ASSERT_EQ(answers.size(), 12U) << json(session.answers).dump(1).substr(0, 4000);
 
   // Tracking, in every pose of the hand.
   const json& accuracy = session.tracking["accuracy"];
@@ -87,7 +94,7 @@ TEST(Tour, TheHandDoesAllThatADesignerDoes_A25) {
        {"points", "Fit", "points and a surface", "Push", "profile", "Trim", "New alternative", "Switch to"}) {
     EXPECT_THAT(words, testing::HasSubstr(word));
   }
-  EXPECT_GE(answers[0]["history"]["applied"].size(), 11U) << words;
+  EXPECT_GE(answers[0]["history"]["applied"].size(), 12U) << words;
   EXPECT_EQ(answers[1]["alternatives"]["names"].size(), 2U) << answers[1];
   EXPECT_EQ(answers[2]["surface"].value("trim", ""), "boundary");
   EXPECT_EQ(answers[2]["surface"].value("degree", 0), 2) << "the other alternative has the higher one";
@@ -99,13 +106,20 @@ TEST(Tour, TheHandDoesAllThatADesignerDoes_A25) {
 
   // The profile raised the middle, by most of what the stroke was above it.
   const double raised =
-      answers[3]["pick"]["position"].value("z", 0.0) - answers[6]["pick"]["position"].value("z", 0.0);
+      answers[8]["pick"]["position"].value("z", 0.0) - answers[9]["pick"]["position"].value("z", 0.0);
   EXPECT_GT(raised, 0.3 * tour::ridge_m);
   EXPECT_LT(raised, 1.5 * tour::ridge_m);
 
+  // The second profile went far above the right half of the lid, but the thumb had tapped before (A21).
+  const double beside =
+      answers[6]["pick"]["position"].value("z", 0.0) - answers[7]["pick"]["position"].value("z", 0.0);
+  RecordProperty("raised_beside_the_split_mm", std::to_string(beside * 1e3));
+  EXPECT_LT(std::abs(beside), 0.3 * (tour::flank(0.75).z() - tour::lid_height_m(0.02, 0.0)))
+      << "the rest of the stroke was nobody's";
+
   // The push: points under the disk lie on its lowest place now, those beyond its range where they were.
-  const std::vector<Vec3> pushed = positions(answers[7]["points"]["points"]);
-  const std::vector<Vec3> laid = positions(answers[8]["points"]["points"]);
+  const std::vector<Vec3> pushed = positions(answers[10]["points"]["points"]);
+  const std::vector<Vec3> laid = positions(answers[11]["points"]["points"]);
   ASSERT_EQ(pushed.size(), laid.size());
   ASSERT_GT(laid.size(), 80U);
   const double radius = 0.005 + 0.055 * tour::dent_pressure;

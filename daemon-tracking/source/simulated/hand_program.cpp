@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "daemon-tracking/source/glove_report.h"
 #include "daemon-tracking/source/simulated/hand_model.h"
 #include "daemon-tracking/source/simulated/random.h"
 
@@ -18,6 +19,17 @@ constexpr double pi = std::numbers::pi;
 /// Minimum-jerk course from 0 to 1 (Flash and Hogan 1985, eq. 4).
 double minimum_jerk(double u) {
   return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
+}
+
+/// The fraction of the time at which `way` of the course is done: its inverse, by bisection.
+double time_of_way(double way) {
+  double low = 0.0, high = 1.0;
+  constexpr int halvings = 40;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = (low + high) / 2;
+    (minimum_jerk(middle) < way ? low : high) = middle;
+  }
+  return high;
 }
 
 /// Moves that begin or end on the table rise on the way, so that the hand is lifted and not dragged.
@@ -167,7 +179,8 @@ void HandProgram::follow_fingertips(std::string label, std::function<FingerPoint
 }
 
 void HandProgram::act(HandEvent::Kind kind, std::string label, std::function<Vector3d(double)> path,
-                      double duration_s, std::function<double(double)> pressure, const Posture& with) {
+                      double duration_s, std::function<double(double)> pressure, const Posture& with,
+                      const std::vector<double>& thumb_taps) {
   // The palm does not move while the fingers do.
   const Vector3d unfolded = with.tilt * (centroid(hand_shape(HandPose::open).fingertips_m) -
                                          centroid(hand_shape(with.pose).fingertips_m));
@@ -189,6 +202,7 @@ void HandProgram::act(HandEvent::Kind kind, std::string label, std::function<Vec
   segment.contact_pose = with.pose;
   segment.centroid_m = [path](double u) { return path(minimum_jerk(u)); };
   segment.pressure = [pressure = std::move(pressure)](double u) { return pressure(minimum_jerk(u)); };
+  for (const double tap : thumb_taps) segment.taps_s.push_back(duration_s * time_of_way(tap));
   events_.push_back({kind, duration_s_, duration_s_ + duration_s, std::move(label)});
   append(std::move(segment));
   move_to(open_at(end, 1.0));
@@ -205,7 +219,8 @@ void HandProgram::push(std::string label, std::function<Vector3d(double)> path, 
 }
 
 void HandProgram::draw(std::string label, std::function<Vector3d(double)> path, double duration_s,
-                       std::function<double(double)> pressure, const Quaterniond& tilt) {
+                       std::function<double(double)> pressure, const Quaterniond& tilt,
+                       const std::vector<double>& thumb_taps) {
   Posture pointing;
   pointing.pose = HandPose::pointing;
   pointing.tilt = tilt;
@@ -216,11 +231,17 @@ void HandProgram::draw(std::string label, std::function<Vector3d(double)> path, 
     return path(u) + from_index;
   };
   act(HandEvent::Kind::draw, std::move(label), std::move(centroid_path), duration_s, std::move(pressure),
-      pointing);
+      pointing, thumb_taps);
 }
 
 void HandProgram::touch(PaletteCommand command) {
   const PaletteCell& cell = palette_cell_of(command);
+  while (!is_on_page(cell, palette_page_)) touch(PaletteCommand::next_page);
+  lie_down(cell);
+  if (command == PaletteCommand::next_page) palette_page_ = palette_page_after(palette_page_);
+}
+
+void HandProgram::lie_down(const PaletteCell& cell) {
   Posture down;
   down.potentiometer = now_.potentiometer;
   down.centroid_m = Vector3d(cell.centre_x_m, cell.centre_y_m, options_.fingertip_rest_m);
@@ -278,6 +299,7 @@ HandState HandProgram::at(double time_s) const {
   Quaterniond tilt = now_.tilt;
   HandShape shape = hand_shape(now_.pose);
   std::optional<FingerPoints> recorded;
+  bool thumb_laid = false;
   state.pose = now_.pose;
   if (!segments_.empty()) {
     const double time = std::isfinite(time_s) ? std::clamp(time_s, 0.0, duration_s_) : 0.0;
@@ -294,10 +316,15 @@ HandState HandProgram::at(double time_s) const {
                 : blend(hand_shape(segment.from.pose), hand_shape(segment.to.pose), eased);
     state.pose = u < segment.contact_from ? segment.contact_before : segment.contact_pose;
     state.potentiometer = (1 - eased) * segment.from.potentiometer + eased * segment.to.potentiometer;
+    thumb_laid = std::any_of(segment.taps_s.begin(), segment.taps_s.end(), [&](double tap) {
+      const double since = time - segment.begin_s - tap;
+      return since >= 0 && since < options_.tap_s;
+    });
     if (segment.fingertips_m) recorded = segment.fingertips_m(u);
     if (segment.pressure) state.pressure = std::clamp(segment.pressure(u), 0.0, 1.0);
   }
   state.contacts = contacts_of(state.pose);
+  if (thumb_laid) state.contacts = static_cast<std::uint16_t>(state.contacts | contact_thumb);
   if (recorded) {
     state.world_from_palm = palm_of(*recorded);
     const Eigen::Isometry3d palm_from_world = state.world_from_palm.inverse();

@@ -51,6 +51,7 @@ struct HandOptions {
   double tremor_m = 0.0003;
   double transition_speed_m_s = 0.24;  ///< Mean; a minimum-jerk move peaks at 1.875 times its mean.
   double shortest_transition_s = 0.45;
+  double tap_s = 0.12;   ///< How long the thumb lies on its pad when it taps.
   double touch_s = 0.4;  ///< How long the hand lies on a palette cell.
   double fingertip_rest_m =
       0.008;  ///< Height of the cap's centre when the hand lies on the table: its radius.
@@ -91,11 +92,13 @@ class HandProgram {
   void push(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
             std::function<double(double)> pressure, double potentiometer,
             const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity());
-  /// The same with a pointing hand: the INDEX fingertip follows `path` (A18, A24), but for its tremor.
+  /// The same with a pointing hand: the INDEX fingertip follows `path` (A18, A24), but for its tremor. From
+  /// each of `thumb_taps`, fractions of the path, the thumb's pad is closed for `HandOptions::tap_s`.
   void draw(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
             std::function<double(double)> pressure,
-            const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity());
-  /// Lies down on a palette cell and rises again.
+            const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity(),
+            const std::vector<double>& thumb_taps = {});
+  /// Lies down on a palette cell and rises again; turns to the cell's page first, as `touch` of "More".
   void touch(PaletteCommand command);
   /// Goes to a place with a pose and stays there for `hold_s`.
   void gesture(HandPose pose, const Eigen::Vector3d& centroid_m, double hold_s);
@@ -115,13 +118,16 @@ class HandProgram {
     /// Likewise; when there, it says where the fingertips are, and `centroid_m` is their mean.
     std::function<std::array<Eigen::Vector3d, finger_count>(double)> fingertips_m;
     Posture from, to;                          ///< Pose and tilt go smoothly from one to the other.
+    std::vector<double> taps_s;                ///< When the thumb is laid down, since `begin_s`.
     HandPose contact_pose = HandPose::open;    ///< What the contacts say,
     HandPose contact_before = HandPose::open;  ///< and until this fraction of the time:
     double contact_from = 0.0;
   };
   void move_to(const Posture& target);
   void act(HandEvent::Kind kind, std::string label, std::function<Eigen::Vector3d(double)> path,
-           double duration_s, std::function<double(double)> pressure, const Posture& with);
+           double duration_s, std::function<double(double)> pressure, const Posture& with,
+           const std::vector<double>& thumb_taps = {});
+  void lie_down(const PaletteCell& cell);
   void append(Segment segment);
   void follow(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
               std::function<double(double)> pressure, const Posture& begin, const Posture& end);
@@ -133,6 +139,7 @@ class HandProgram {
   std::vector<HandEvent> events_;
   Posture now_;
   double duration_s_ = 0;
+  int palette_page_ = first_palette_page;  ///< That the table will show then.
 };
 
 }  // namespace handloft::tracking

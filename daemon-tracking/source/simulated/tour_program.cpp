@@ -57,6 +57,12 @@ Vector3d ridge(double u) {
   return {0.0, y, lid_height_m(0.0, y) + ridge_m};
 }
 
+Vector3d flank(double u) {
+  const double x = half_width_m * 0.9 * (2 * u - 1);
+  const double away = std::max(0.0, (u - flank_tap) / (1 - flank_tap));
+  return {x, 0.0, lid_height_m(x, 0.0) + flank_m + flank_end_m * away};
+}
+
 Vector3d loop(double u) {
   const double angle = 2 * pi * u;
   return {loop_half_width_m * std::sin(angle), -loop_half_length_m * std::cos(angle), loop_z_m};
@@ -70,12 +76,15 @@ HandProgram tour_program(const tour::Options& options) {
   tour::lay_lid(program, options);
   program.touch(PaletteCommand::fit);
   program.touch(PaletteCommand::both);
+  program.touch(PaletteCommand::falloff);
   program.push(
       "dent", tour::dent_path, tour::push_s,
       [](double u) { return tour::faded(u, tour::dent_pressure, 0.1); }, tour::dent_range);
   program.touch(PaletteCommand::undo);
   program.touch(PaletteCommand::redo);
   program.draw("ridge", tour::ridge, tour::draw_s, [](double u) { return tour::faded(u, 0.6, 0.06); });
+  program.draw("flank", tour::flank, tour::draw_s, [](double u) { return tour::faded(u, 0.6, 0.06); },
+               Eigen::Quaterniond::Identity(), {tour::flank_tap});
   program.touch(PaletteCommand::trim_mode);
   program.draw("loop", tour::loop, tour::loop_s, [](double u) { return tour::faded(u, 0.6, 0.01); });
   program.touch(PaletteCommand::trim_mode);

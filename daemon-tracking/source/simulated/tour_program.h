@@ -1,8 +1,8 @@
 #pragma once
 // A tour of everything that a hand can do (A25): it lays the points of a lid, fits, presses a dent with the
-// closed hand while it turns the potentiometer, takes that back and does it again, raises the lid along a
-// line with a pointing finger, trims it inside a loop, and keeps a second alternative of another degree. What
-// tests measure against is stated here; lengths in metres.
+// closed hand, with the smooth falloff, while it turns the potentiometer, takes that back and does it again,
+// raises the lid along a line with a pointing finger, trims it inside a loop, and keeps a second alternative
+// of another degree. What tests measure against is stated here; lengths in metres.
 
 #include <Eigen/Core>
 
@@ -27,6 +27,12 @@ inline constexpr double dent_range = 0.2;      ///< Of the largest distance (A16
 inline constexpr double ridge_m = 0.012;
 Eigen::Vector3d ridge(double u);  ///< 0..1
 
+/// A second profile, over the left half of the lid; over the middle the thumb taps, and from there on, far
+/// above the right half, it is nobody's (A21).
+inline constexpr double flank_m = 0.006, flank_end_m = 0.045;
+inline constexpr double flank_tap = 0.5;  ///< Of its way.
+Eigen::Vector3d flank(double u);          ///< 0..1
+
 /// The trimming curve: an ellipse about the middle, drawn above the lid, once around.
 inline constexpr double loop_half_width_m = 0.026, loop_half_length_m = 0.034;
 Eigen::Vector3d loop(double u);  ///< 0..1
@@ -41,8 +47,9 @@ struct Options {
 
 namespace handloft::tracking {
 
-/// Strokes, "Fit", "Points + surface", a push, "Undo", "Redo", a profile, "Profile / boundary", a boundary,
-/// "Profile / boundary", "New alternative", "Degree", "Next alternative", and withdraws. About 45 s.
+/// Strokes, "Fit", "Points + surface", "Falloff" on the second page, a push, "Undo", "Redo", a profile, one
+/// that the thumb divides, "Profile / boundary", a boundary, "Profile / boundary", "New alternative",
+/// "Degree", "Next alternative", and withdraws. About a minute.
 HandProgram tour_program(const tour::Options& options = {});
 
 }  // namespace handloft::tracking

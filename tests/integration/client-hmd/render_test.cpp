@@ -61,6 +61,9 @@ TEST_F(Rendering, ShowsEveryChangeOfTheScene) {
   EXPECT_GT(*mean_absolute_difference(points, empty), 0.3);
   EXPECT_EQ(draw(frame_of(test::synthetic_scene())).rgba, both.rgba) << "nothing of the others stays behind";
 
+  Frame second_page = frame_of(nullptr);
+  second_page.palette_page = 2;
+  EXPECT_GT(*mean_absolute_difference(draw(second_page), empty), 0.02) << "other cells are there";
   Frame touched = frame_of(nullptr);
   touched.touched = PaletteCommand::redo;
   EXPECT_GT(*mean_absolute_difference(draw(touched), empty), 0.02);

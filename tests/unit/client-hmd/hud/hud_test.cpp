@@ -96,7 +96,9 @@ TEST(Hud, TellsModeRangeAndTarget_A25) {
   status.hand->gesture = v1::GESTURE_CLOSED;
   status.range = 0.42F;
   status.target = "side";
-  EXPECT_THAT(all_text(status), testing::HasSubstr("Range 42 %"));
+  EXPECT_THAT(all_text(status), testing::HasSubstr("Range 42 %, literal falloff"));
+  status.smooth_falloff = true;
+  EXPECT_THAT(all_text(status), testing::HasSubstr("Range 42 %, smooth falloff"));
   EXPECT_THAT(all_text(status), testing::Not(testing::HasSubstr("draws")));
   EXPECT_THAT(all_text(status), testing::HasSubstr("acts on side"));
 }

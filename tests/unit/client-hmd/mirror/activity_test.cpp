@@ -26,6 +26,8 @@ v1::Presence pushing() {
   presence.set_entity("shape-1");
   presence.set_mode("boundary");
   presence.set_range(0.25);
+  presence.set_falloff(v1::FALLOFF_SMOOTH);
+  presence.set_palette_page(2);
   presence.set_symmetry(true);
   presence.mutable_symmetry_plane()->mutable_origin()->set_x(0.02);
   presence.mutable_symmetry_plane()->mutable_normal()->set_y(-2.0);
@@ -45,6 +47,8 @@ TEST(Activity, ReadsAllThatHangsInTheAir) {
   EXPECT_EQ(activity->tool, "pushing");
   EXPECT_EQ(activity->mode, "boundary");
   EXPECT_FLOAT_EQ(activity->range, 0.25F);
+  EXPECT_TRUE(activity->smooth_falloff);
+  EXPECT_EQ(activity->palette_page, 2U);
   ASSERT_TRUE(activity->disk);
   EXPECT_EQ(activity->disk->normal, (Vec3f{0, 0, -1})) << "normalised on receipt";
   EXPECT_FLOAT_EQ(activity->disk->radius_m, 0.03F);

@@ -92,7 +92,7 @@ TEST(MouseShellProgram, TouchesThePaletteInOrder) {
     const bool contact = (hand.contacts & contact_table) != 0;
     if (contact) {
       const Vector3d at = hand.centroid_m();
-      const auto command = palette_command_at(at.x(), at.y());
+      const auto command = palette_command_at(at.x(), at.y(), first_palette_page);
       ASSERT_TRUE(command.has_value()) << time;
       ASSERT_LT(at.z(), 0.012) << time;
       if (!down) touched.push_back(*command);
@@ -103,6 +103,49 @@ TEST(MouseShellProgram, TouchesThePaletteInOrder) {
             (std::vector<PaletteCommand>{PaletteCommand::symmetry, PaletteCommand::fit,
                                          PaletteCommand::new_shape, PaletteCommand::fit,
                                          PaletteCommand::representation, PaletteCommand::representation}));
+}
+
+TEST(HandProgram, TurnsThePageToTheCellThatItTouches) {
+  HandProgram program;
+  program.touch(PaletteCommand::falloff);
+  program.touch(PaletteCommand::undo);  // On every page.
+  program.touch(PaletteCommand::degree);
+  program.touch(PaletteCommand::export_file);
+  std::vector<std::string> labels;
+  int page = first_palette_page;
+  for (const HandEvent& event : program.events()) {
+    const Vector3d at = program.at((event.begin_s + event.end_s) / 2).centroid_m();
+    const PaletteCell* cell = palette_cell_at(at.x(), at.y(), page);
+    ASSERT_NE(cell, nullptr) << event.label;
+    EXPECT_EQ(cell->label, event.label);
+    if (cell->command == PaletteCommand::next_page) page = palette_page_after(page);
+    labels.push_back(event.label);
+  }
+  std::vector<std::string> expected{"More", "Falloff", "Undo"};
+  for (int turned = 2; turned <= palette_pages; ++turned) expected.emplace_back("More");
+  expected.insert(expected.end(), {"Degree", "Export"});
+  EXPECT_EQ(labels, expected);
+}
+
+TEST(HandProgram, TheThumbTapsWhereItsTold_A21) {
+  HandProgram program;
+  const Vector3d from(-0.04, 0, 0.1), to(0.04, 0, 0.1);
+  program.draw(
+      "line", [&](double u) -> Vector3d { return from + u * (to - from); }, 2.0, [](double) { return 0.5; },
+      Eigen::Quaterniond::Identity(), {0.25, 0.75});
+  std::vector<double> tapped_x;
+  bool laid = false;
+  along(program, [&](double, const HandState& hand) {
+    const bool now = (hand.contacts & contact_thumb) != 0;
+    if (now) {
+      EXPECT_EQ(hand.contacts, contact_thumb | contact_middle | contact_ring | contact_little);
+    }
+    if (now && !laid) tapped_x.push_back(hand.fingertips_m[static_cast<std::size_t>(Finger::index)].x());
+    laid = now;
+  });
+  ASSERT_EQ(tapped_x.size(), 2U);
+  EXPECT_NEAR(tapped_x[0], -0.02, 2e-3);
+  EXPECT_NEAR(tapped_x[1], 0.02, 2e-3);
 }
 
 TEST(MouseShellProgram, WithdrawsFromTheShapeAtTheEnd) {

@@ -251,7 +251,9 @@ TEST(DefaultRig, TagsLeaveThePaletteFree) {
     const Vector3d at = tag.body_from_tag.translation();
     for (double x = -half; x <= half; x += half / 4) {
       for (double y = -half; y <= half; y += half / 4) {
-        EXPECT_FALSE(palette_command_at(at.x() + x, at.y() + y).has_value()) << "tag " << tag.id;
+        for (int page = first_palette_page; page <= palette_pages; ++page) {
+          EXPECT_FALSE(palette_command_at(at.x() + x, at.y() + y, page).has_value()) << "tag " << tag.id;
+        }
       }
     }
   }

@@ -38,8 +38,8 @@ TEST(TourProgram, DoesEverythingAndNoFasterThanAHand) {
   for (const HandEvent& each : program.events()) ++kinds[each.kind];
   EXPECT_EQ(kinds[HandEvent::Kind::stroke], 7);
   EXPECT_EQ(kinds[HandEvent::Kind::push], 1);
-  EXPECT_EQ(kinds[HandEvent::Kind::draw], 2);
-  EXPECT_EQ(kinds[HandEvent::Kind::touch], 9);
+  EXPECT_EQ(kinds[HandEvent::Kind::draw], 3);
+  EXPECT_EQ(kinds[HandEvent::Kind::touch], 10 + 2) << "the page is turned twice";
   std::set<std::uint16_t> contacts;
   std::optional<HandState> last;
   for (double time = 0; time < program.duration_s(); time += step_s) {
@@ -53,7 +53,8 @@ TEST(TourProgram, DoesEverythingAndNoFasterThanAHand) {
     }
     last = hand;
   }
-  EXPECT_EQ(contacts.size(), 4U) << "open, closed, pointing, on the table, and nothing between (T10)";
+  EXPECT_EQ(contacts.size(), 5U)
+      << "open, closed, pointing, that with the thumb laid, on the table, and nothing between (T10)";
 }
 
 TEST(TourProgram, TheClosedHandFollowsItsPathAndTurnsThePotentiometer_A13_A16) {
@@ -112,6 +113,24 @@ TEST(TourProgram, ThePointingFingertipDraws_A18_A24) {
                 (palm_from_world * hand.fingertips_m[i]).y() + 0.02);
     }
   }
+}
+
+TEST(TourProgram, TheThumbDividesTheSecondProfileWhereItLeavesTheLid_A21) {
+  const HandProgram program = tour_program();
+  const HandEvent& drawn = event(program, "flank");
+  std::optional<double> tapped_x;
+  for (double time = drawn.begin_s; time <= drawn.end_s; time += step_s) {
+    const HandState hand = program.at(time);
+    const Vector3d tip = hand.fingertips_m[index_finger];
+    if ((hand.contacts & contact_thumb) != 0 && !tapped_x) tapped_x = tip.x();
+    if (!tapped_x) {
+      ASSERT_LT(tip.z() - tour::lid_height_m(tip.x(), 0), tour::flank_m + 2e-3);
+    }
+  }
+  ASSERT_TRUE(tapped_x);
+  EXPECT_NEAR(*tapped_x, tour::flank(tour::flank_tap).x(), 2e-3);
+  const double end_x = tour::flank(1.0).x();
+  EXPECT_NEAR(tour::flank(1.0).z() - tour::lid_height_m(end_x, 0), tour::flank_m + tour::flank_end_m, 1e-12);
 }
 
 TEST(TourProgram, CapsStayApartInEveryPose) {

@@ -35,6 +35,7 @@ class GestureTest : public ::testing::Test {
   FrameOutcome rest() { return send(script_.resting({0.0, 0.0, 0.5})); }
   FrameOutcome touch(PaletteCommand command, double potentiometer = 0.0) {
     const PaletteCell& cell = palette_cell_of(command);
+    while (!is_on_page(cell, interaction_.modes().palette_page)) touch(PaletteCommand::next_page);
     FrameOutcome outcome = send(
         HandScript::with_potentiometer(script_.touching(cell.centre_x_m, cell.centre_y_m), potentiometer));
     for (int i = 0; i < 3; ++i)

@@ -19,14 +19,14 @@ TEST(PaletteLayoutTest, every_command_has_one_cell_a_label_and_a_sign) {
     labels.insert(cell.label);
     EXPECT_FALSE(cell.label.empty());
     EXPECT_FALSE(cell.sign.empty());
-    EXPECT_EQ(palette_command_at(cell.centre_x_m, cell.centre_y_m), cell.command);
+    EXPECT_EQ(palette_command_at(cell.centre_x_m, cell.centre_y_m, std::max(1, cell.page)), cell.command);
     EXPECT_EQ(&palette_cell_of(cell.command), &cell);
   }
   EXPECT_EQ(commands.size(), table_palette.size());
   EXPECT_EQ(labels.size(), table_palette.size());
-  EXPECT_EQ(commands.size(), static_cast<std::size_t>(PaletteCommand::export_file) + 1);
+  EXPECT_EQ(commands.size(), static_cast<std::size_t>(PaletteCommand::falloff) + 1);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(palette_command_at(nan, 0.06));
+  EXPECT_FALSE(palette_command_at(nan, 0.06, first_palette_page));
 }
 
 TEST(PaletteLayoutTest, cells_do_not_touch_and_are_within_reach) {
@@ -35,7 +35,7 @@ TEST(PaletteLayoutTest, cells_do_not_touch_and_are_within_reach) {
   for (const PaletteCell& a : table_palette) {
     EXPECT_LT(std::hypot(a.centre_x_m, a.centre_y_m), reach_m) << a.label;
     for (const PaletteCell& b : table_palette) {
-      if (&a == &b) continue;
+      if (&a == &b || (a.page != b.page && a.page != 0 && b.page != 0)) continue;
       const double gap = std::max(std::abs(a.centre_x_m - b.centre_x_m) - (a.width_m + b.width_m) / 2,
                                   std::abs(a.centre_y_m - b.centre_y_m) - (a.height_m + b.height_m) / 2);
       EXPECT_GE(gap, clearance_m) << a.label << ", " << b.label;
@@ -43,9 +43,55 @@ TEST(PaletteLayoutTest, cells_do_not_touch_and_are_within_reach) {
   }
 }
 
+TEST(PaletteLayoutTest, every_page_has_cells_and_is_reached_by_turning) {
+  EXPECT_EQ(palette_cell_of(PaletteCommand::next_page).page, 0) << "there is always a way on";
+  EXPECT_EQ(palette_cell_of(PaletteCommand::undo).page, 0);
+  EXPECT_GE(palette_pages, 2);
+  int page = first_palette_page;
+  for (int turned = 0; turned < palette_pages; ++turned) {
+    EXPECT_EQ(page, first_palette_page + turned);
+    EXPECT_TRUE(std::any_of(table_palette.begin(), table_palette.end(),
+                            [&](const PaletteCell& cell) { return cell.page == page; }));
+    page = palette_page_after(page);
+  }
+  EXPECT_EQ(page, first_palette_page);
+  for (const int wrong : {-1, 0, palette_pages + 7}) EXPECT_EQ(palette_page_after(wrong), first_palette_page);
+}
+
+TEST(PaletteLayoutTest, a_place_means_what_the_page_shows_there) {
+  const PaletteCell& falloff = palette_cell_of(PaletteCommand::falloff);
+  const auto at = [&](int page) { return palette_command_at(falloff.centre_x_m, falloff.centre_y_m, page); };
+  EXPECT_EQ(at(falloff.page), PaletteCommand::falloff);
+  EXPECT_EQ(at(first_palette_page), PaletteCommand::refit_plane);
+  EXPECT_EQ(at(palette_pages + 1), std::nullopt);
+  // What every shape needs is on every page.
+  const PaletteCell& fit = palette_cell_of(PaletteCommand::fit);
+  EXPECT_EQ(palette_command_at(fit.centre_x_m, fit.centre_y_m, falloff.page), PaletteCommand::fit);
+}
+
+TEST_F(PaletteTest, more_turns_the_page_and_a_touch_means_the_page_shown) {
+  const PaletteCell& falloff = palette_cell_of(PaletteCommand::falloff);
+  ASSERT_EQ(interaction_.modes().palette_page, first_palette_page);
+  touch(PaletteCommand::next_page);
+  EXPECT_EQ(interaction_.modes().palette_page, 2);
+  for (int i = 0; i < 3; ++i) send(script_.touching(falloff.centre_x_m, falloff.centre_y_m));
+  EXPECT_EQ(interaction_.activity(0).tool, "falloff: smooth");
+  rest();
+  EXPECT_EQ(interaction_.modes().falloff, v1::FALLOFF_SMOOTH);
+  for (int i = 1; i < palette_pages; ++i) touch(PaletteCommand::next_page);
+  EXPECT_EQ(interaction_.modes().palette_page, first_palette_page);
+  send(script_.touching(falloff.centre_x_m, falloff.centre_y_m));
+  EXPECT_EQ(interaction_.modes().falloff, v1::FALLOFF_SMOOTH) << "another command is there on this page";
+  rest();
+  touch(PaletteCommand::falloff);
+  EXPECT_EQ(interaction_.modes().falloff, v1::FALLOFF_LITERAL);
+  EXPECT_TRUE(model_.document().entities.empty());
+}
+
 TEST_F(PaletteTest, every_cell_touched_on_an_empty_table_is_safe) {
   for (const PaletteCell& cell : table_palette) touch(cell.command);
-  EXPECT_EQ(interaction_.statistics().commands, table_palette.size());
+  // Some turned pages on the way.
+  EXPECT_GE(interaction_.statistics().commands, table_palette.size());
   EXPECT_FALSE(model_.has_provisional());
   EXPECT_TRUE(model_.document().entities.empty());
 }

@@ -1,6 +1,8 @@
 // The pointing hand draws profiles (A18-A21) or boundaries (A24); A25.
 
 #include <numbers>
+#include <set>
+#include <tuple>
 
 #include "tests/unit/server-model/interaction/interaction_fixture.h"
 
@@ -113,6 +115,130 @@ TEST_F(PointingTest, A21_one_stroke_over_two_surfaces_changes_both) {
   draw({-0.1, 0, 0.12}, {0.1, 0, 0.12}, 40);
   rest();
   EXPECT_EQ(model_.document().find_dual("right"), stays);
+}
+
+// --- A21: one stroke, divided by hand with taps of the thumb
+
+class SplitTest : public PointingTest {
+ protected:
+  /// The fingertip on its way from one place to another; the thumb lies on its pad in the frames of `laid`.
+  void draw_tapping(const Vector3d& from, const Vector3d& to, const std::set<int>& laid, int frames = 40) {
+    for (int i = 0; i <= frames; ++i) {
+      v1::TrackingFrame frame = script_.pointing(from + (to - from) * i / frames);
+      frame.mutable_hands(0)->set_contacts(laid.contains(i) ? 1U << v1::CONTACT_PAD_THUMB : 0U);
+      send(frame);
+    }
+  }
+  v1::ProfileCurve commit() {
+    const FrameOutcome outcome = rest();
+    if (outcome.submitted.size() != 1) return {};
+    return outcome.submitted[0].effective.modify_profile().curves(0);
+  }
+  static std::vector<std::string> owners(const v1::ProfileCurve& curve) {
+    return {curve.split_entities().begin(), curve.split_entities().end()};
+  }
+};
+
+TEST_F(SplitTest, A21_a_tap_of_the_thumb_passes_the_stroke_on_to_the_next_surface) {
+  // Two plates, one 2 cm above the other: nothing but the hand can say where the one ends.
+  make_plate("lower", {0, 0, 0.1});
+  make_plate("upper", {0, 0, 0.12});
+  const model::DualPtr lower = model_.document().find_dual("lower");
+  const model::DualPtr upper = model_.document().find_dual("upper");
+  draw_tapping({-0.04, 0, 0.104}, {0.04, 0, 0.104}, {10, 11, 12});
+  EXPECT_EQ(interaction_.activity(0).tool, "drawing a profile, part 2");
+  EXPECT_EQ(interaction_.activity(0).entity, "upper") << "what it now edits is what is marked";
+  const v1::ProfileCurve curve = commit();
+  EXPECT_EQ(owners(curve), (std::vector<std::string>{"lower", "upper"}));
+  ASSERT_EQ(curve.split_at_size(), 1) << "held for three frames it is one tap";
+  EXPECT_NEAR(curve.split_at(0), 0.25, 1e-9);
+  EXPECT_NE(shape("lower").fit->surface, lower->fit->surface);
+  EXPECT_NE(shape("upper").fit->surface, upper->fit->surface);
+  EXPECT_TRUE(problems_.empty());
+
+  // CHECK of A21: two separate edits give the same.
+  const auto lower_after = shape("lower").fit->surface;
+  const auto upper_after = shape("upper").fit->surface;
+  touch(PaletteCommand::undo);
+  for (const auto& [id, from, to] : {std::tuple{"lower", 0, 10}, std::tuple{"upper", 10, 40}}) {
+    v1::Operation operation;
+    v1::ProfileCurve& part = *operation.mutable_modify_profile()->add_curves();
+    part.set_entity(id);
+    for (int i = from; i <= to; ++i) *part.add_points() = curve.points(i);
+    ASSERT_TRUE(model_.submit(operation).ok());
+  }
+  const double x = 0.01;
+  EXPECT_NEAR(shape("lower").fit->surface.value(x, x), lower_after.value(x, x), 1e-12);
+  EXPECT_NEAR(shape("upper").fit->surface.value(x, x), upper_after.value(x, x), 1e-12);
+}
+
+TEST_F(SplitTest, A21_without_a_tap_the_same_stroke_divides_itself) {
+  make_plate("lower", {0, 0, 0.1});
+  make_plate("upper", {0, 0, 0.12});
+  const model::DualPtr upper = model_.document().find_dual("upper");
+  draw_tapping({-0.04, 0, 0.104}, {0.04, 0, 0.104}, {});
+  EXPECT_EQ(commit().entity(), "lower");
+  EXPECT_EQ(model_.document().find_dual("upper"), upper);
+}
+
+TEST_F(SplitTest, A21_beyond_a_tap_with_no_other_surface_near_the_stroke_is_nobodys) {
+  make_plate("plate", {0, 0, 0.1});
+  draw_tapping({-0.04, 0, 0.106}, {0.04, 0, 0.106}, {20});
+  EXPECT_EQ(interaction_.activity(0).tool, "drawing a profile, part 2 of nothing");
+  const v1::ProfileCurve curve = commit();
+  EXPECT_EQ(owners(curve), (std::vector<std::string>{"plate", ""}));
+  // And back on the plate with another tap.
+  draw_tapping({-0.04, 0, 0.106}, {0.04, 0, 0.106}, {10, 30});
+  EXPECT_EQ(owners(commit()), (std::vector<std::string>{"plate", "", "plate"}));
+}
+
+TEST_F(SplitTest, A21_taps_at_one_place_go_through_the_surfaces_near_it) {
+  make_plate("a", {0, 0, 0.1});
+  make_plate("b", {0, 0, 0.12});
+  make_plate("c", {0, 0, 0.13});
+  const Vector3d from(-0.04, 0, 0.104);
+  const Vector3d middle(0, 0, 0.104);
+  const Vector3d to(0.04, 0, 0.104);
+  for (const auto& [taps, expected] :
+       std::vector<std::pair<int, std::string>>{{1, "b"}, {2, "c"}, {3, ""}, {4, "b"}}) {
+    draw_tapping(from, middle, {}, 20);
+    for (int tap = 0; tap < taps; ++tap) draw_tapping(middle, middle, {1}, 2);
+    draw_tapping(middle, to, {}, 20);
+    const v1::ProfileCurve curve = commit();
+    EXPECT_EQ(owners(curve), (std::vector<std::string>{"a", expected})) << taps;
+    touch(PaletteCommand::undo);
+  }
+}
+
+TEST_F(SplitTest, A21_the_first_part_is_the_selected_shapes) {
+  make_plate("lower", {0, 0, 0.1});
+  make_plate("upper", {0, 0, 0.12});
+  interaction_.select("upper");
+  draw_tapping({-0.04, 0, 0.104}, {0.04, 0, 0.104}, {20});
+  EXPECT_EQ(owners(commit()), (std::vector<std::string>{"upper", "lower"}));
+}
+
+TEST_F(SplitTest, a_thumb_that_lies_there_or_taps_without_drawing_divides_nothing) {
+  make_plate("plate", {0, 0, 0.1});
+  std::set<int> always;
+  for (int i = 0; i <= 40; ++i) always.insert(i);
+  draw_tapping({-0.04, 0, 0.106}, {0.04, 0, 0.106}, always);
+  EXPECT_EQ(commit().split_at_size(), 0);
+  v1::TrackingFrame lifted = script_.pointing({0, 0, 0.106}, false);
+  send(lifted);
+  lifted = script_.pointing({0, 0, 0.106}, false);
+  lifted.mutable_hands(0)->set_contacts(1U << v1::CONTACT_PAD_THUMB);
+  send(lifted);
+  draw_tapping({-0.04, 0, 0.106}, {0.04, 0, 0.106},
+               {0});  // and in the first frame there is nothing to divide
+  EXPECT_EQ(commit().split_at_size(), 0);
+  // Other pads are no thumb.
+  for (int i = 0; i <= 40; ++i) {
+    v1::TrackingFrame frame = script_.pointing({-0.04 + 0.002 * i, 0, 0.106});
+    frame.mutable_hands(0)->set_contacts(i == 20 ? 1U << v1::CONTACT_PAD_LITTLE : 0U);
+    send(frame);
+  }
+  EXPECT_EQ(commit().split_at_size(), 0);
 }
 
 TEST_F(PointingTest, a_stroke_for_a_shape_without_a_surface_is_refused_once) {

@@ -38,6 +38,25 @@ TEST_F(PushTest, A14_a_fist_pushes_what_it_meets_and_is_one_step_to_undo) {
   EXPECT_EQ(hash(), hash_before);
 }
 
+TEST_F(PushTest, A17_the_falloff_chosen_on_the_palette_is_that_of_pushes) {
+  make_plate("plate", {0, 0, 0.1});
+  const auto pushed_falloff = [&] {
+    push_down(20, 0.6);
+    const FrameOutcome outcome = rest();
+    EXPECT_EQ(outcome.submitted.size(), 1U);
+    return outcome.submitted.at(0).effective.push_points().falloff();
+  };
+  EXPECT_EQ(pushed_falloff(), v1::FALLOFF_LITERAL) << "the paper's own is the default";
+  const std::string literal = hash();
+  touch(PaletteCommand::undo);
+  touch(PaletteCommand::falloff);
+  EXPECT_EQ(pushed_falloff(), v1::FALLOFF_SMOOTH);
+  EXPECT_NE(hash(), literal) << "where several contacts' ranges meet, the points go elsewhere";
+  touch(PaletteCommand::undo);
+  touch(PaletteCommand::falloff);
+  EXPECT_EQ(pushed_falloff(), v1::FALLOFF_LITERAL);
+}
+
 TEST_F(PushTest, A14_the_disk_pushes_from_either_side_and_never_pulls) {
   make_plate("plate", {0, 0, 0.1});
   const model::DualPtr before = model_.document().find_dual("plate");

@@ -24,7 +24,7 @@ class InteractionTest : public ::testing::Test {
   }
   void touch(PaletteCommand command, int frames = 5) {
     for (const PaletteCell& cell : table_palette) {
-      if (cell.command != command) continue;
+      if (cell.command != command || !is_on_page(cell, first_palette_page)) continue;
       for (int i = 0; i < frames; ++i) send(script_.touching(cell.centre_x_m, cell.centre_y_m));
     }
     send(script_.resting());
