@@ -12,7 +12,9 @@ namespace handloft::geometry {
 namespace {
 
 // A contraction's middle steps mix the sizes of two grids.
-constexpr std::size_t scratch_size = std::size_t{max_axis_nodes} * max_axis_nodes * max_axis_nodes;
+constexpr std::size_t most_mixed_nodes = std::size_t{max_axis_nodes} * max_axis_nodes * max_axis_nodes;
+constexpr std::size_t scratch_size = 2 * most_mixed_nodes;  // Two values a node.
+constexpr std::size_t octet = 8;
 
 // T_0..T_(n-1) at x in -1..1.
 void chebyshev(double x, int n, double* out) {
@@ -51,28 +53,39 @@ const ChebyshevTable& table(int k) {
   return tables[static_cast<std::size_t>(k)];
 }
 
-void add_product(const double* x, const double* y, const double* z, int nx, int ny, int nz, const Quad* value,
-                 Quad* out) {
-  for (int i = 0; i < nx; ++i) {
-    for (int j = 0; j < ny; ++j) {
-      const Wide scaled = x[i] * y[j] * value->v;
-      for (int k = 0; k < nz; ++k) out[(i * ny + j) * nz + k].v += z[k] * scaled;
-    }
-  }
-}
-
 std::array<int, 3> counts(const GaussGrid& grid) {
   return {grid.axes[0].nodes, grid.axes[1].nodes, grid.axes[2].nodes};
 }
 
+double* doubles(Quad* quads) {
+  return reinterpret_cast<double*>(quads);
+}
+const double* doubles(const Quad* quads) {
+  return reinterpret_cast<const double*>(quads);
+}
+
 void contract(const Quad* in, const GaussGrid& from, const GaussGrid& to, const double* x, const double* y,
               const double* z, GridScratch& scratch, std::span<Quad> out) {
-  const auto doubles = [](auto* quads) { return reinterpret_cast<double*>(quads); };
-  grid_loops().contract(reinterpret_cast<const double*>(in), counts(from).data(), counts(to).data(), x, y, z,
+  grid_loops().contract(doubles(in), counts(from).data(), counts(to).data(), x, y, z,
                         doubles(scratch.a.data()), doubles(scratch.b.data()), doubles(out.data()));
 }
 
-// Room for whole eights.
+// scratch.matrices[axis] = exp(-rate (x_i - x_j)^2) for the nodes of `to` by those of `from`.
+void gaussian_matrices(const GaussGrid& to, const GaussGrid& from, double rate, GridScratch& scratch) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const GridAxis &rows = to.axes[axis], &columns = from.axes[axis];
+    std::array<double, max_axis_nodes> column{};
+    for (int j = 0; j < columns.nodes; ++j) column[static_cast<std::size_t>(j)] = columns.node(j);
+    double* entry = scratch.matrices[axis].data();
+    for (int i = 0; i < rows.nodes; ++i) {
+      const double row = rows.node(i);
+      for (std::size_t j = 0; j < static_cast<std::size_t>(columns.nodes); ++j) *entry++ = row - column[j];
+    }
+    grid_loops().gaussians(scratch.matrices[axis].data(),
+                           static_cast<std::size_t>(entry - scratch.matrices[axis].data()), rate);
+  }
+}
+
 using AxisValues = std::array<std::array<double, 16>, 3>;
 static_assert(max_axis_nodes <= 16);
 
@@ -90,7 +103,9 @@ int nodes_needed(double half, double rate, double tolerance) {
 
 }  // namespace
 
-GridScratch::GridScratch() : a(scratch_size), b(scratch_size) {}
+GridScratch::GridScratch() : a(scratch_size), b(scratch_size) {
+  for (std::vector<double>& matrix : double_matrices) matrix.resize(octet * max_axis_nodes * max_axis_nodes);
+}
 
 double GridAxis::node(int i) const {
   return centre + half * table(nodes).node[static_cast<std::size_t>(i)];
@@ -103,6 +118,12 @@ GaussGrid gauss_grid(const PointTree::Node& box, double rate, double tolerance) 
     one = {box.centre[axis], box.half[axis], nodes_needed(box.half[axis], rate, tolerance)};
   }
   if (grid.size() > max_grid_nodes) grid.axes[0].nodes = 0;
+  return grid;
+}
+
+GaussGrid grid_of_point(const Vec3& point) {
+  GaussGrid grid;
+  for (int axis = 0; axis < 3; ++axis) grid.axes[static_cast<std::size_t>(axis)] = {point[axis], 0, 1};
   return grid;
 }
 
@@ -120,41 +141,34 @@ void anterpolate(const GaussGrid& grid, const Vec3& point, const Quad& value, st
       weights[axis][i] = sum;
     }
   }
-  const auto n = counts(grid);
-  add_product(weights[0].data(), weights[1].data(), weights[2].data(), n[0], n[1], n[2], &value,
-              values.data());
-}
-
-void add_gaussian(const GaussGrid& to, const Vec3& point, const Quad& value, double rate,
-                  std::span<Quad> values) {
-  AxisValues weights;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (int i = 0; i < to.axes[axis].nodes; ++i) {
-      weights[axis][static_cast<std::size_t>(i)] = to.axes[axis].node(i) - point[static_cast<int>(axis)];
-    }
-    grid_loops().gaussians(weights[axis].data(), static_cast<std::size_t>(to.axes[axis].nodes), rate);
-  }
-  const auto n = counts(to);
-  add_product(weights[0].data(), weights[1].data(), weights[2].data(), n[0], n[1], n[2], &value,
-              values.data());
+  grid_loops().add_product(weights[0].data(), weights[1].data(), weights[2].data(), counts(grid).data(),
+                           reinterpret_cast<const double*>(&value), doubles(values.data()));
 }
 
 void add_gaussians(const GaussGrid& to, const GaussGrid& from, std::span<const Quad> sources, double rate,
                    std::span<Quad> values, GridScratch& scratch) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const GridAxis &rows = to.axes[axis], &columns = from.axes[axis];
-    double* entry = scratch.matrices[axis].data();
-    for (int i = 0; i < rows.nodes; ++i) {
-      for (int j = 0; j < columns.nodes; ++j) {
-        *entry++ = rows.node(i) - columns.node(j);
-      }
-    }
-    grid_loops().gaussians(scratch.matrices[axis].data(),
-                           static_cast<std::size_t>(rows.nodes) * static_cast<std::size_t>(columns.nodes),
-                           rate);
-  }
+  gaussian_matrices(to, from, rate, scratch);
   contract(sources.data(), from, to, scratch.matrices[0].data(), scratch.matrices[1].data(),
            scratch.matrices[2].data(), scratch, values);
+}
+
+void add_gaussians_and_squares(const GaussGrid& to, const GaussGrid& from, std::span<const Quad> sources,
+                               double rate, std::span<Quad> values, GridScratch& scratch) {
+  gaussian_matrices(to, from, rate, scratch);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto entries =
+        static_cast<std::size_t>(to.axes[axis].nodes) * static_cast<std::size_t>(from.axes[axis].nodes);
+    double* entry = scratch.double_matrices[axis].data();
+    for (std::size_t i = 0; i < entries; ++i, entry += octet) {
+      const double e = scratch.matrices[axis][i];
+      std::fill_n(entry, octet / 2, e);
+      std::fill_n(entry + octet / 2, octet / 2, e * e);
+    }
+  }
+  grid_loops().contract_twice(doubles(sources.data()), counts(from).data(), counts(to).data(),
+                              scratch.double_matrices[0].data(), scratch.double_matrices[1].data(),
+                              scratch.double_matrices[2].data(), doubles(scratch.a.data()),
+                              doubles(scratch.b.data()), doubles(values.data()));
 }
 
 void to_coefficients(const GaussGrid& grid, std::span<Quad> values, GridScratch& scratch) {

@@ -35,22 +35,27 @@ struct GaussGrid {
 /// when that would take too many nodes.
 GaussGrid gauss_grid(const PointTree::Node& box, double rate, double tolerance);
 
+/// A grid of one node.
+GaussGrid grid_of_point(const Vec3& point);
+
 /// Memory for the steps below, reused from call to call.
 struct GridScratch {
   std::vector<Quad> a, b;
   std::array<std::array<double, max_axis_nodes * max_axis_nodes + 4>, 3> matrices{};  // Whole eights.
+  std::array<std::vector<double>, 3> double_matrices;
   GridScratch();
 };
 
 /// Adds the source to values at nodes such that the grid's Gaussian sum is the source's: anterpolation.
 void anterpolate(const GaussGrid& grid, const Vec3& point, const Quad& value, std::span<Quad> values);
 
-/// Adds to the values at `to` the Gaussians of one source, or of all nodes of another grid. Precondition:
-/// both boxes together are no longer along an axis than 2 / sqrt(rate).
-void add_gaussian(const GaussGrid& to, const Vec3& point, const Quad& value, double rate,
-                  std::span<Quad> values);
+/// Adds to the values at `to` the Gaussians of all nodes of another grid. Precondition: both boxes together
+/// are no longer along an axis than 2 / sqrt(rate).
 void add_gaussians(const GaussGrid& to, const GaussGrid& from, std::span<const Quad> sources, double rate,
                    std::span<Quad> values, GridScratch& scratch);
+/// The same for Gaussians and their squares, two values a node: of `rate` and of twice the rate.
+void add_gaussians_and_squares(const GaussGrid& to, const GaussGrid& from, std::span<const Quad> sources,
+                               double rate, std::span<Quad> values, GridScratch& scratch);
 
 /// Turns values at nodes into Chebyshev coefficients, in place.
 void to_coefficients(const GaussGrid& grid, std::span<Quad> values, GridScratch& scratch);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace handloft::geometry {
 
@@ -14,35 +15,67 @@ constexpr std::size_t octet = 8;
 using Octet = double __attribute__((vector_size(octet * sizeof(double))));
 using OctetMask = std::int64_t __attribute__((vector_size(octet * sizeof(std::int64_t))));
 
-// exp(-2 s) = exp(-2 s0) exp(t), t = -2 (s - s0), by Taylor's polynomial of the second factor. Over a short
-// span, |t| <= 0.25, degree 7 leaves 0.25^8 / 8! = 3.8e-10 at the edges; degree 12 leaves e / 13! = 4.4e-10,
-// times exp(-1), over all of 0..1.
-constexpr int short_degree = 7;
-constexpr int full_degree = 12;
-constexpr double short_span = 0.25;
+// How far the pairs of a call are within range: those of some boxes all are.
+enum class Reach : unsigned char { partly, wholly };
 
-// From the highest power down: 1 / degree! .. 1 / 0!.
-template <int degree>
-constexpr auto taylor = [] {
-  std::array<double, degree + 1> result{};
-  double factorial = 1;
-  for (int i = 0; i <= degree; ++i) {
-    if (i > 0) factorial *= i;
-    result[static_cast<std::size_t>(degree - i)] = 1 / factorial;
+// exp(-2 s) = exp(-2 s0) exp(t), t = -2 (s - s0), the second factor by its Chebyshev series up to a degree,
+// which leaves about 2 I_(degree + 1)(h) for |t| <= h: less than 1e-9 up to these h. Boxes near each other
+// span little, and a low degree is cheap.
+struct Expansion {
+  int degree;
+  double half_span;
+};
+constexpr std::array<Expansion, 5> expansions = {{{4, 0.07}, {5, 0.165}, {6, 0.31}, {7, 0.51}, {9, 1.0}}};
+constexpr std::size_t max_terms = 10;
+
+// By expansion: the coefficients of 1, t, t^2 ...
+using Coefficients = std::array<double, max_terms>;
+
+// 2 I_n(h) (I_0(h) for n = 0), the Chebyshev coefficients of exp(h x), by the power series of the modified
+// Bessel function.
+double chebyshev_coefficient(int n, double h) {
+  double term = 1;
+  for (int i = 1; i <= n; ++i) term *= 0.5 * h / i;
+  double sum = term;
+  for (int i = 1; i <= 20; ++i) {
+    term *= 0.25 * h * h / (i * (n + i));
+    sum += term;
   }
-  return result;
-}();
+  return n == 0 ? sum : 2 * sum;
+}
+
+Coefficients coefficients_of(const Expansion& expansion) {
+  Coefficients sum{}, before{}, now{};  // Powers of x = t / h: of the sum so far, T_(n-1), T_n.
+  now[0] = 1;
+  for (int n = 0; n <= expansion.degree; ++n) {
+    const double factor = chebyshev_coefficient(n, expansion.half_span);
+    Coefficients next{};
+    for (std::size_t k = 0; k < max_terms; ++k) {
+      sum[k] += factor * now[k];
+      next[k] = (n == 0 ? 1 : 2) * (k > 0 ? now[k - 1] : 0.0) - before[k];
+    }
+    before = now;
+    now = next;
+  }
+  double power = 1;
+  for (double& coefficient : sum) {
+    coefficient *= power;
+    power /= expansion.half_span;
+  }
+  return sum;
+}
+
+// Boxes that are closer together than this part of R^2 have all pairs in range, whatever rounding does.
+constexpr double wholly_within = 1 - 1e-12;
 
 struct Job {
   const double* points;  // Three a point.
   std::size_t count;
   ContactArrays contacts;
   double squared_range;
-  double scale, shift, gain, drop;  // t = scale d^2 + shift, eta = gain exp(t) - drop
-  const double* coefficients;
-  int degree;
-  Falloff falloff;
-  double* sums;  // Four a point.
+  double middle;              // eta is a polynomial of t = d^2 - middle
+  Coefficients coefficients;  // of 1, t, t^2 ...
+  double* sums;               // Four a point.
 };
 
 #define HANDLOFT_TARGET
@@ -66,37 +99,73 @@ struct Job {
 #endif
 
 using Loop = void (*)(const Job&);
+using ByExpansion = std::array<Loop, expansions.size()>;
+using ByReach = std::array<ByExpansion, 2>;
+using Loops = std::array<ByReach, 2>;  // By falloff.
 
-Loop widest_loop() {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) return add_on_avx512;
-  if (__builtin_cpu_supports("avx2")) return add_on_avx2;
-#endif
-  return add_on_any;
+// Each loop that `instance` gives for a falloff, a reach and a degree.
+template <Falloff falloff, Reach reach, typename Instance, std::size_t... e>
+constexpr ByExpansion by_expansion(Instance instance, std::index_sequence<e...>) {
+  return {instance.template operator()<falloff, reach, expansions[e].degree>()...};
 }
+template <Falloff falloff, typename Instance>
+constexpr ByReach by_reach(Instance instance) {
+  constexpr auto all = std::make_index_sequence<expansions.size()>{};
+  return {by_expansion<falloff, Reach::partly>(instance, all),
+          by_expansion<falloff, Reach::wholly>(instance, all)};
+}
+template <typename Instance>
+constexpr Loops all_loops(Instance instance) {
+  return {by_reach<Falloff::literal>(instance), by_reach<Falloff::smooth>(instance)};
+}
+
+Loops widest_loops() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) {
+    return all_loops([]<Falloff f, Reach r, int degree>() -> Loop { return add_on_avx512<f, r, degree>; });
+  }
+  if (__builtin_cpu_supports("avx2")) {
+    return all_loops([]<Falloff f, Reach r, int degree>() -> Loop { return add_on_avx2<f, r, degree>; });
+  }
+#endif
+  return all_loops([]<Falloff f, Reach r, int degree>() -> Loop { return add_on_any<f, r, degree>; });
+}
+
+struct Tables {
+  Loops loops = widest_loops();
+  std::array<Coefficients, expansions.size()> coefficients{};
+  Tables() {
+    for (std::size_t i = 0; i < expansions.size(); ++i) coefficients[i] = coefficients_of(expansions[i]);
+  }
+};
 
 }  // namespace
 
 void add_pair_sums(std::span<const Vec3> points, const ContactArrays& contacts, double squared_range,
                    const SquareSpan& squares, Falloff falloff, std::span<Quad> sums) {
-  static const Loop loop = widest_loop();
+  static const Tables tables;
   static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(Quad) == 4 * sizeof(double));
   if (points.empty()) return;
   const double low = std::clamp(squares.least, 0.0, 1.0), high = std::clamp(squares.largest, 0.0, 1.0);
-  const bool is_short = falloff_rate * 0.5 * (high - low) <= short_span;
-  const double middle = is_short ? 0.5 * (low + high) : 0.5;
-  loop({.points = points.front().data(),
-        .count = points.size(),
-        .contacts = contacts,
-        .squared_range = squared_range,
-        .scale = -falloff_rate / squared_range,
-        .shift = falloff_rate * middle,
-        .gain = std::exp(-falloff_rate * middle) / (1 - falloff_beta),
-        .drop = falloff_beta / (1 - falloff_beta),
-        .coefficients = is_short ? taylor<short_degree>.data() : taylor<full_degree>.data(),
-        .degree = is_short ? short_degree : full_degree,
-        .falloff = falloff,
-        .sums = reinterpret_cast<double*>(sums.data())});
+  const double half_span = 0.5 * falloff_rate * (high - low);
+  std::size_t expansion = 0;
+  while (expansion + 1 < expansions.size() && half_span > expansions[expansion].half_span) ++expansion;
+  const double middle = 0.5 * (low + high);
+  Job job{.points = points.front().data(),
+          .count = points.size(),
+          .contacts = contacts,
+          .squared_range = squared_range,
+          .middle = middle * squared_range,
+          .coefficients = tables.coefficients[expansion],
+          .sums = reinterpret_cast<double*>(sums.data())};
+  double factor = std::exp(-falloff_rate * middle) / (1 - falloff_beta);
+  for (int n = 0; n <= expansions[expansion].degree; ++n) {
+    job.coefficients[static_cast<std::size_t>(n)] *= factor;
+    factor *= -falloff_rate / squared_range;
+  }
+  job.coefficients[0] -= falloff_beta / (1 - falloff_beta);
+  const std::size_t reach = squares.largest < wholly_within ? 1 : 0;
+  tables.loops[falloff == Falloff::literal ? 0 : 1][reach][expansion](job);
 }
 
 }  // namespace handloft::geometry

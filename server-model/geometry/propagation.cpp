@@ -14,11 +14,11 @@ namespace handloft::geometry {
 namespace {
 
 // Of one pair's kernel, which lies in 0..1; see the header. The smooth falloff's mean divides by as little as
-// 0.027.
+// 0.013.
 constexpr double literal_tolerance = 1e-8;
 constexpr double smooth_tolerance = 4e-9;
-// For the smooth falloff, grids only where d^2 < 0.92 R^2, so eta > 0.027.
-constexpr double smooth_grid_limit = 0.92;
+// For the smooth falloff, grids only where d^2 < 0.96 R^2, so eta > 0.013.
+constexpr double smooth_grid_limit = 0.96;
 // Boxes are compared with the range with this much doubt, so that rounding never decides for a pair.
 constexpr double doubt = 1e-12;
 // A box of fewer points has no grid of its own; a box of fewer contacts is summed contact by contact.
@@ -28,12 +28,50 @@ constexpr std::size_t contact_leaf_size = 16;
 // Pieces of work: enough for any sensible number of threads, each large enough not to notice being one.
 constexpr std::size_t min_task_points = 1024;
 
-// Inside the range the sums are those of exp(-2 s) and exp(-4 s), s = d^2 / R^2, one expansion each:
-//   literal  sum eta v   = (G2 - beta sum v) / (1 - beta)
-//   smooth   sum eta^2 v = (G4 - 2 beta G2 + beta^2 sum v) / (1 - beta)^2,  sum eta = (G2 of 1 - beta m) / (1
-//   - beta)
-// Component 3 of G2 carries the 1.
-constexpr std::array<double, 2> expansion_rates = {falloff_rate, 2 * falloff_rate};
+// Inside the range the sums are those of G = exp(-2 s) and its square, s = d^2 / R^2:
+//   literal  sum eta v   = (sum G v - beta sum v) / (1 - beta)
+//   smooth   sum eta^2 v = (sum G^2 v - 2 beta sum G v + beta^2 sum v) / (1 - beta)^2,
+//            sum eta     = (sum G - beta m) / (1 - beta)
+// One grid serves both powers. What is on grids is put together there; the moments are added at the points.
+// Component 3 carries the 1.
+constexpr double gain = 1 / (1 - falloff_beta);
+
+Quad combined(Falloff falloff, const Quad* node) {
+  Quad sum;
+  if (falloff == Falloff::literal) {
+    sum.v = gain * node[0].v;
+    sum.v[3] = 0;  // m is counted.
+  } else {
+    sum.v = gain * gain * (node[1].v - 2 * falloff_beta * node[0].v);
+    sum.v[3] = gain * node[0].v[3];
+  }
+  return sum;
+}
+
+Quad combined_moments(Falloff falloff, const Quad& moments) {
+  Quad sum;
+  if (falloff == Falloff::literal) {
+    sum.v = -gain * falloff_beta * moments.v;
+    sum.v[3] = moments.v[3];
+  } else {
+    sum.v = gain * gain * falloff_beta * falloff_beta * moments.v;
+    sum.v[3] = -gain * falloff_beta * moments.v[3];
+  }
+  return sum;
+}
+
+// What both sides of the sums agree on.
+struct Kernel {
+  double squared_range;
+  Falloff falloff;
+  double rate() const { return falloff_rate / squared_range; }
+  /// Values a node: G, and its square for the smooth falloff.
+  std::size_t powers() const { return falloff == Falloff::literal ? 1 : 2; }
+  GaussGrid grid(const PointTree::Node& box) const {
+    return falloff == Falloff::literal ? gauss_grid(box, rate(), literal_tolerance)
+                                       : gauss_grid(box, 2 * rate(), smooth_tolerance);
+  }
+};
 
 // The contacts in a tree, with moments and grids of each box.
 struct Sources {
@@ -45,10 +83,10 @@ struct Sources {
     GaussGrid grid;
     std::vector<Quad> values;  // Empty: none.
   };
-  std::array<std::vector<Grid>, 2> grids;  // By expansion and node.
+  std::vector<Grid> grids;  // By node.
 
-  Sources(const PointTree& points, std::span<const Contact> contacts, double squared_range, int expansions,
-          double tolerance);
+  Sources(const PointTree& points, std::span<const Contact> contacts, const Kernel& kernel,
+          const ParallelFor& parallel);
   ContactArrays arrays(const PointTree::Node& node) const {
     const auto b = node.begin;
     return {x.data() + b,  y.data() + b,  z.data() + b, vx.data() + b,
@@ -56,8 +94,8 @@ struct Sources {
   }
 };
 
-Sources::Sources(const PointTree& points, std::span<const Contact> contacts, double squared_range,
-                 int expansions, double tolerance) {
+Sources::Sources(const PointTree& points, std::span<const Contact> contacts, const Kernel& kernel,
+                 const ParallelFor& parallel) {
   std::vector<Vec3> rest;
   rest.reserve(contacts.size());
   for (const Contact& c : contacts) rest.push_back(points.points()[points.slot_of(c.index)]);
@@ -78,52 +116,51 @@ Sources::Sources(const PointTree& points, std::span<const Contact> contacts, dou
     for (auto slot = node.begin; slot < node.end; ++slot) sum.v += values[slot].v;
     sums.push_back(sum);
   }
-  for (int e = 0; e < expansions; ++e) {
-    const double rate = expansion_rates[static_cast<std::size_t>(e)] / squared_range;
-    auto& all = grids[static_cast<std::size_t>(e)];
-    all.resize(tree.nodes().size());
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const PointTree::Node& node = tree.nodes()[i];
-      if (node.size() < min_grid_contacts) continue;
-      all[i].grid = gauss_grid(node, rate, tolerance);
-      // A grid of as many nodes as there are contacts would gain nothing.
-      if (all[i].grid.size() == 0 || all[i].grid.size() > std::size_t{4} * node.size()) continue;
-      all[i].values.resize(all[i].grid.size());
-      for (auto slot = node.begin; slot < node.end; ++slot) {
-        anterpolate(all[i].grid, tree.points()[slot], values[slot], all[i].values);
-      }
+  grids.resize(tree.nodes().size());
+  parallel(grids.size(), [&](std::size_t i) {
+    const PointTree::Node& node = tree.nodes()[i];
+    if (node.size() < min_grid_contacts) return;
+    Grid& one = grids[i];
+    one.grid = kernel.grid(node);
+    // A grid of as many nodes as there are contacts would gain nothing.
+    if (one.grid.size() == 0 || one.grid.size() > std::size_t{4} * node.size()) return;
+    one.values.resize(one.grid.size());
+    for (auto slot = node.begin; slot < node.end; ++slot) {
+      anterpolate(one.grid, tree.points()[slot], values[slot], one.values);
     }
-  }
+  });
 }
 
 // The walk down the tree of points, with all boxes of contacts that a box of points has still to deal with.
 class Walk {
  public:
-  Walk(const PointTree& points, const Sources& sources, double squared_range, Falloff falloff,
-       double tolerance, std::span<Quad> sums)
+  /// `sums`: of the points of `root`.
+  Walk(const PointTree& points, const Sources& sources, const Kernel& kernel, std::uint32_t root,
+       std::span<Quad> sums)
       : points_(points),
         sources_(sources),
-        squared_range_(squared_range),
-        falloff_(falloff),
-        expansions_(falloff == Falloff::literal ? 1 : 2),
-        tolerance_(tolerance),
+        kernel_(kernel),
+        root_(root),
+        first_(points.nodes()[root].begin),
         sums_(sums) {}
 
-  void run(std::uint32_t root) {
+  void run() {
     open(0).assign(1, 0U);
-    visit(root, 0, nullptr, Quad{});
+    visit(root_, 0, nullptr, Quad{});
   }
 
  private:
-  // Grid sums over a box of points, for the expansions of the falloff.
+  // Grid sums over a box of points.
   struct Local {
-    std::array<GaussGrid, 2> grids;
-    std::array<std::vector<Quad>, 2> values;  // At nodes, at last coefficients.
+    GaussGrid grid;
+    std::vector<Quad> powers;  // At nodes: as many as the kernel has.
+    std::vector<Quad> values;  // At nodes, at last coefficients.
     bool used = false;
   };
   struct Level {
     std::vector<std::uint32_t> open;  // Boxes of contacts.
     std::vector<std::uint32_t> stack;
+    std::vector<std::uint32_t> rest;
     Local local;
   };
 
@@ -133,86 +170,72 @@ class Walk {
   }
   std::vector<std::uint32_t>& open(std::size_t depth) { return level(depth).open; }
 
-  double rate(int e) const { return expansion_rates[static_cast<std::size_t>(e)] / squared_range_; }
-
   bool prepare(const PointTree::Node& box, Local& local) const {
     local.used = false;
     if (box.size() < min_grid_points) return false;
-    for (int e = 0; e < expansions_; ++e) {
-      const auto k = static_cast<std::size_t>(e);
-      local.grids[k] = gauss_grid(box, rate(e), tolerance_);
-      if (local.grids[k].size() == 0 || local.grids[k].size() > std::size_t{8} * box.size()) return false;
-    }
-    return true;
+    local.grid = kernel_.grid(box);
+    return local.grid.size() > 0 && local.grid.size() <= std::size_t{8} * box.size();
   }
 
-  void start(Local& local) const {
-    if (local.used) return;
-    for (int e = 0; e < expansions_; ++e) {
-      const auto k = static_cast<std::size_t>(e);
-      local.values[k].assign(local.grids[k].size(), Quad{});
-    }
+  // Adds a box of contacts, wholly in range, to the grid.
+  void add_to_grid(std::uint32_t source, Local& local) {
+    if (!local.used) local.powers.assign(local.grid.size() * kernel_.powers(), Quad{});
     local.used = true;
+    const auto add = [&](const GaussGrid& from, std::span<const Quad> values) {
+      if (kernel_.falloff == Falloff::literal) {
+        add_gaussians(local.grid, from, values, kernel_.rate(), local.powers, scratch_);
+      } else {
+        add_gaussians_and_squares(local.grid, from, values, kernel_.rate(), local.powers, scratch_);
+      }
+    };
+    const Sources::Grid& grid = sources_.grids[source];
+    if (!grid.values.empty()) {
+      add(grid.grid, grid.values);
+      return;
+    }
+    const PointTree::Node& node = sources_.tree.nodes()[source];
+    for (auto slot = node.begin; slot < node.end; ++slot) {
+      add(grid_of_point(sources_.tree.points()[slot]), std::span(&sources_.values[slot], 1));
+    }
   }
 
-  // Adds a box of contacts, wholly in range, to the grids.
-  void add_to_grids(std::uint32_t source, Local& local) {
-    start(local);
-    const PointTree::Node& node = sources_.tree.nodes()[source];
-    for (int e = 0; e < expansions_; ++e) {
-      const auto k = static_cast<std::size_t>(e);
-      const Sources::Grid& grid = sources_.grids[k][source];
-      if (!grid.values.empty()) {
-        add_gaussians(local.grids[k], grid.grid, grid.values, rate(e), local.values[k], scratch_);
-        continue;
-      }
-      for (auto slot = node.begin; slot < node.end; ++slot) {
-        add_gaussian(local.grids[k], sources_.tree.points()[slot], sources_.values[slot], rate(e),
-                     local.values[k]);
+  // The powers put together, with what comes from above, as coefficients.
+  void finish(Local& local, const Local* above) {
+    const std::size_t n = local.grid.size();
+    local.values.assign(n, Quad{});
+    if (local.used) {
+      for (std::size_t i = 0; i < n; ++i) {
+        local.values[i] = combined(kernel_.falloff, &local.powers[i * kernel_.powers()]);
       }
     }
+    if (above) hand_down(above->grid, above->values, local.grid, local.values, scratch_);
+    to_coefficients(local.grid, local.values, scratch_);
   }
 
   bool cheap_on_grids(std::uint32_t source) const {
     const PointTree::Node& node = sources_.tree.nodes()[source];
-    if (node.size() < 2 * min_grid_contacts) return true;
-    for (int e = 0; e < expansions_; ++e) {
-      if (sources_.grids[static_cast<std::size_t>(e)][source].values.empty()) return node.leaf();
-    }
-    return true;
+    return node.size() < 2 * min_grid_contacts || !sources_.grids[source].values.empty() || node.leaf();
+  }
+
+  std::span<Quad> sums_of(const PointTree::Node& box) const {
+    return sums_.subspan(box.begin - first_, box.size());
+  }
+  std::span<const Vec3> points_of(const PointTree::Node& box) const {
+    return std::span(points_.points()).subspan(box.begin, box.size());
   }
 
   void add_pairs(const PointTree::Node& box, std::uint32_t source, const DistanceBounds& bounds) {
-    add_pair_sums(std::span(points_.points()).subspan(box.begin, box.size()),
-                  sources_.arrays(sources_.tree.nodes()[source]), squared_range_,
-                  {bounds.least / squared_range_, bounds.largest / squared_range_}, falloff_,
-                  sums_.subspan(box.begin, box.size()));
+    const double square = kernel_.squared_range;
+    add_pair_sums(points_of(box), sources_.arrays(sources_.tree.nodes()[source]), square,
+                  {bounds.least / square, bounds.largest / square}, kernel_.falloff, sums_of(box));
   }
 
   // Grid sums and moments as they enter the falloff's sums.
   void add_smooth_part(const PointTree::Node& box, const Local* local, const Quad& moments) {
-    const std::size_t n = box.size();
-    const auto points = std::span(points_.points()).subspan(box.begin, n);
-    for (std::vector<Quad>& values : gauss_) values.assign(n, Quad{});
-    if (local) {
-      for (int e = 0; e < expansions_; ++e) {
-        const auto k = static_cast<std::size_t>(e);
-        evaluate(local->grids[k], local->values[k], points, gauss_[k]);
-      }
-    }
-    constexpr double beta = falloff_beta, gain = 1 / (1 - falloff_beta);
-    for (std::size_t i = 0; i < n; ++i) {
-      const Wide g2 = gauss_[0][i].v, g4 = gauss_[1][i].v;
-      const Wide linear = gain * (g2 - beta * moments.v);
-      Wide sum = linear;
-      if (falloff_ == Falloff::literal) {
-        sum[3] = moments.v[3];
-      } else {
-        sum = gain * gain * (g4 - 2 * beta * g2 + beta * beta * moments.v);
-        sum[3] = linear[3];
-      }
-      sums_[box.begin + i].v += sum;
-    }
+    const std::span<Quad> sums = sums_of(box);
+    const Quad constant = combined_moments(kernel_.falloff, moments);
+    for (Quad& sum : sums) sum.v += constant.v;
+    if (local) evaluate(local->grid, local->values, points_of(box), sums);
   }
 
   // `above`: coefficients of the parent's grids, null: none; `moments`: of the contacts in them.
@@ -221,19 +244,21 @@ class Walk {
     Level& here = level(depth);
     Level& below = level(depth + 1);
     Local& local = here.local;
-    const bool has_grids = prepare(box, local);
+    const bool has_grid = prepare(box, local);
     below.open.clear();
     here.stack.assign(here.open.rbegin(), here.open.rend());
-    const double grid_limit = squared_range_ * (falloff_ == Falloff::literal ? 1 - doubt : smooth_grid_limit);
+    const double squared_range = kernel_.squared_range;
+    const double grid_limit =
+        squared_range * (kernel_.falloff == Falloff::literal ? 1 - doubt : smooth_grid_limit);
     while (!here.stack.empty()) {
       const std::uint32_t source = here.stack.back();
       here.stack.pop_back();
       const PointTree::Node& node = sources_.tree.nodes()[source];
       const DistanceBounds bounds = squared_distance_bounds(box, node);
-      if (bounds.least >= squared_range_ * (1 + doubt)) continue;
+      if (bounds.least >= squared_range * (1 + doubt)) continue;
       if (bounds.largest <= grid_limit) {
-        if (has_grids && cheap_on_grids(source)) {
-          add_to_grids(source, local);
+        if (has_grid && cheap_on_grids(source)) {
+          add_to_grid(source, local);
           moments.v += sources_.sums[source].v;
           continue;
         }
@@ -252,38 +277,31 @@ class Walk {
       }
     }
     const Local* down = above;
-    if (has_grids && (local.used || above)) {
-      start(local);
-      for (int e = 0; e < expansions_; ++e) {
-        const auto k = static_cast<std::size_t>(e);
-        if (above) hand_down(above->grids[k], above->values[k], local.grids[k], local.values[k], scratch_);
-        to_coefficients(local.grids[k], local.values[k], scratch_);
-      }
+    if (has_grid && (local.used || above)) {
+      finish(local, above);
       down = &local;
     }
-    const bool last_grids = box.leaf() || points_.nodes()[box.left].size() < min_grid_points;
-    if (last_grids && (down || moments.v[3] > 0)) {
+    const bool last_grid = box.leaf() || points_.nodes()[box.left].size() < min_grid_points;
+    if (last_grid && (down || moments.v[3] > 0)) {
       add_smooth_part(box, down, moments);
       down = nullptr;
       moments = Quad{};
     }
     if (box.leaf() || (below.open.empty() && !down && !(moments.v[3] > 0))) return;
-    const std::vector<std::uint32_t> rest = below.open;  // The left child overwrites it.
+    here.rest = below.open;  // The left child overwrites it.
     visit(box.left, depth + 1, down, moments);
-    level(depth + 1).open = rest;
+    below.open = here.rest;
     visit(box.right, depth + 1, down, moments);
   }
 
   const PointTree& points_;
   const Sources& sources_;
-  double squared_range_;
-  Falloff falloff_;
-  int expansions_;
-  double tolerance_;
+  Kernel kernel_;
+  std::uint32_t root_;
+  std::uint32_t first_;  // Slot
   std::span<Quad> sums_;
   std::vector<std::unique_ptr<Level>> levels_;
   GridScratch scratch_;
-  std::array<std::vector<Quad>, 2> gauss_;
 };
 
 // The boxes that make up all points, each of less than a task's size.
@@ -345,25 +363,37 @@ std::vector<Vec3> propagate_all_pairs(std::span<const Vec3> rest, std::span<cons
 
 std::vector<Vec3> propagate(const PointTree& points, std::span<const Contact> contacts,
                             double squared_range_m2, Falloff falloff, const ParallelFor& parallel) {
-  std::vector<Vec3> result(points.size(), Vec3::Zero());
-  if (!(squared_range_m2 > 0) || contacts.empty() || points.size() == 0) return result;
+  if (!(squared_range_m2 > 0) || contacts.empty() || points.size() == 0) {
+    return std::vector<Vec3>(points.size(), Vec3::Zero());
+  }
   if (points.size() * contacts.size() <= all_pairs_limit) {
     std::vector<Vec3> rest(points.size());
     for (std::size_t slot = 0; slot < rest.size(); ++slot)
       rest[points.index_of(slot)] = points.points()[slot];
     return propagate_all_pairs(rest, contacts, squared_range_m2, falloff);
   }
-  const double tolerance = falloff == Falloff::literal ? literal_tolerance : smooth_tolerance;
-  const Sources sources(points, contacts, squared_range_m2, falloff == Falloff::literal ? 1 : 2, tolerance);
-  std::vector<Quad> sums(points.size());
-  std::vector<const Contact*> own(points.size(), nullptr);  // By slot.
-  for (const Contact& contact : contacts) own[points.slot_of(contact.index)] = &contact;
+  const Kernel kernel{squared_range_m2, falloff};
+  const Sources sources(points, contacts, kernel, parallel);
+  struct Own {
+    std::uint32_t slot;
+    const Contact* contact;
+  };
+  std::vector<Own> own;
+  own.reserve(contacts.size());
+  for (const Contact& contact : contacts) own.push_back({points.slot_of(contact.index), &contact});
+  std::sort(own.begin(), own.end(), [](const Own& a, const Own& b) { return a.slot < b.slot; });
   const std::vector<std::uint32_t> roots = task_roots(points);
+  // Not filled here: the tasks write all of it, and so share the first touch of its pages.
+  std::vector<Vec3> result(points.size());
   parallel(roots.size(), [&](std::size_t task) {
-    Walk(points, sources, squared_range_m2, falloff, tolerance, sums).run(roots[task]);
     const PointTree::Node& box = points.nodes()[roots[task]];
+    std::vector<Quad> sums(box.size());
+    Walk(points, sources, kernel, roots[task], sums).run();
+    auto next = std::lower_bound(own.begin(), own.end(), box.begin,
+                                 [](const Own& one, std::uint32_t slot) { return one.slot < slot; });
     for (auto slot = box.begin; slot < box.end; ++slot) {
-      result[points.index_of(slot)] = mean(sums[slot], own[slot]);
+      const Contact* contact = next != own.end() && next->slot == slot ? (next++)->contact : nullptr;
+      result[points.index_of(slot)] = mean(sums[slot - box.begin], contact);
     }
   });
   return result;

@@ -9,15 +9,20 @@
 //     (exact moments); the Gaussian sum  sum_i exp(-c d_ij^2 / R^2) v_i  is smooth over the box of points and
 //     is interpolated there on a Chebyshev grid of k nodes an axis, from the contacts, or, where a box holds
 //     many, from their anterpolation on such a grid. The Gaussian is a product over the axes, so grid meets
-//     grid axis by axis. Coarse grids are handed down to finer ones.
-//   - Boxes that straddle the range are divided; at last point meets contact, with a Taylor polynomial for
-//     exp, several points at a time. Which contacts are in range is thus decided exactly as by all pairs.
+//     grid axis by axis. The smooth falloff also needs the Gaussian's square: both powers share the grids,
+//     and what they give is put together there. Coarse grids are handed down to finer ones.
+//   - Boxes that straddle the range are divided; at last point meets contact, with a Chebyshev polynomial for
+//     exp, of as low a degree as the boxes' distances allow, several points at a time. Which contacts are in
+//     range is thus decided exactly as by all pairs.
 // Error: with half extent h, Cramer's bound on Hermite functions gives  2.18 (sqrt(c/2) h/R)^k / sqrt(k!)  an
-// axis; k is the least for which that is below 1e-8 (literal) or 4e-9 (smooth). With what rounding and the
-// other axes add (Lebesgue constants below 3), the result differs from all pairs by at most
+// axis; k is the least for which that is below t = 1e-8 (literal) or 4e-9 (smooth, c of the square). The
+// Gaussian being a product of three factors in 0..1, a kernel between two grids is within 3 (1 + L) t, L < 3
+// the Lebesgue constant: 1.2e-7 and 5e-8. At the far end of the grids of the smooth falloff, which divides by
+// sum eta, the bound on Hermite functions is smaller by exp(-c d^2 / 2 R^2) = 0.15. So the result differs
+// from all pairs by at most
 //     propagation_error_bound * max |v_i|
-// for both falloffs (grids are used only where eta > 0.027 for the smooth one, which divides by sum eta). The
-// tests hold it to that; 1e-8 is usual. Small problems are computed by all pairs, exactly.
+// for both falloffs (for the smooth one grids are used only where eta > 0.013). The tests hold it to that;
+// 1e-8 is usual. Small problems are computed by all pairs, exactly.
 
 #include <cstddef>
 #include <cstdint>
