@@ -179,6 +179,19 @@ Status GridEvaluator::evaluate(const BSplineSurface& surface, std::vector<Vec3>&
   }
   std::vector<double> row(static_cast<std::size_t>(v_.function_count()) * width);
   std::vector<double> slope(row.size());
+  constexpr double safe_sine_squared = 1e-12;
+  constexpr double least = 1e-100, most = 1e100;
+  // A tangent that is shorter, of the extent over the domain, may be rounding.
+  constexpr double safe_tangent = 1e-8;
+  Vec3 low = surface.control.front();
+  Vec3 high = low;
+  for (const Vec3& p : surface.control) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const double noise = safe_tangent * (high - low).maxCoeff();
+  const double least_u = noise * noise / (u_.length() * u_.length());
+  const double least_v = noise * noise / (v_.length() * v_.length());
   for (std::size_t r = 0; r < rows(); ++r) {
     sum_along_u(u_, v_, in_u_.first_function[r], in_u_.at(r, 0), field.data(), width, row.data());
     sum_along_u(u_, v_, in_u_.first_function[r], in_u_.at(r, 1), field.data(), width, slope.data());
@@ -201,10 +214,10 @@ Status GridEvaluator::evaluate(const BSplineSurface& surface, std::vector<Vec3>&
       const Vec3 normal = a.cross(b);
       const double squared = normal.squaredNorm();
       // Far from poles and from overflow: the careful way gives the same there.
-      constexpr double safe_sine_squared = 1e-12;
-      constexpr double least = 1e-100, most = 1e100;
-      const bool plain = squared > safe_sine_squared * a.squaredNorm() * b.squaredNorm() && squared > least &&
-                         squared < most;
+      const double a2 = a.squaredNorm();
+      const double b2 = b.squaredNorm();
+      const bool plain = a2 > least_u && b2 > least_v && squared > safe_sine_squared * a2 * b2 &&
+                         squared > least && squared < most;
       normals[place] = plain ? Vec3(normal / std::sqrt(squared)) : surface.normal(us_[r], vs_[c]);
     }
   }
