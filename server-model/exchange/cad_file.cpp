@@ -3,29 +3,50 @@
 #include <fmt/format.h>
 
 #include <locale>
+#include <span>
 #include <sstream>
 #include <string_view>
 
 #include "server-model/exchange/atomic_file.h"
 #include "server-model/exchange/occt_face.h"
+#include "server-model/exchange/occt_replace.h"
 #include "server-model/exchange/occt_session.h"
+#include "server-model/exchange/occt_trimmed_face.h"
 
 namespace handloft::exchange::detail {
 
-Status for_each_face(
-    std::span<const SurfaceExport> surfaces, double contour_tolerance,
-    const std::function<Status(const SurfaceExport&, const TopoDS_Face&, const std::string& field)>& add) {
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const std::string field = fmt::format("surfaces[{}]", i);
-    const Result<TopoDS_Face> face = make_face(surfaces[i], contour_tolerance);
-    if (!face.ok()) {
-      Error error = face.error();
+namespace {
+
+using Add =
+    std::function<Status(const std::string& name, const TopoDS_Shape& shape, const std::string& field)>;
+
+template <typename Item, typename Make>
+Status add_each(std::span<const Item> items, const char* list, const Make& make, const Add& add) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::string field = fmt::format("{}[{}]", list, i);
+    const auto shape = make(items[i]);
+    if (!shape.ok()) {
+      Error error = shape.error();
       error.field = field + (error.field.empty() ? "" : "." + error.field);
       return error;
     }
-    if (Status added = add(surfaces[i], *face, field); !added) return added;
+    if (Status added = add(items[i].name, *shape, field); !added) return added;
   }
   return {};
+}
+
+}  // namespace
+
+Status for_each_shape(const CadContent& content, double contour_tolerance, const Add& add) {
+  Status status = add_each(
+      content.surfaces, "surfaces",
+      [&](const SurfaceExport& surface) { return make_face(surface, contour_tolerance); }, add);
+  if (!status) return status;
+  const CadPlacement millimetres;
+  status = add_each(
+      content.faces, "faces", [&](const CadFace& face) { return make_face(face, millimetres); }, add);
+  if (!status) return status;
+  return add_each(content.models, "models", make_model, add);
 }
 
 Result<std::string> printed(const std::function<bool(std::ostream&)>& print) {
@@ -37,10 +58,10 @@ Result<std::string> printed(const std::function<bool(std::ostream&)>& print) {
   return std::move(stream).str();
 }
 
-Status write_cad_file(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,
+Status write_cad_file(const std::filesystem::path& path, const CadContent& content,
                       const StepOptions& options, const char* doing,
                       const std::function<Result<std::string>(const std::string& file_name)>& to_text) {
-  if (surfaces.empty()) {
+  if (content.surfaces.empty() && content.faces.empty() && content.models.empty()) {
     return make_error(ErrorCode::invalid_argument, "found nothing to export, expected a surface", "surfaces");
   }
   if (!(options.contour_tolerance >= 1e-9 && options.contour_tolerance <= 1e-2)) {

@@ -6,7 +6,7 @@
 #include <IGESData_IGESModel.hxx>
 #include <Interface_Static.hxx>
 #include <TCollection_HAsciiString.hxx>
-#include <TopoDS_Face.hxx>
+#include <TopoDS_Shape.hxx>
 #include <string>
 #include <string_view>
 
@@ -32,21 +32,21 @@ Handle(TCollection_HAsciiString) text_of(std::string_view text) {
   return new TCollection_HAsciiString(ascii(text).c_str());
 }
 
-Result<std::string> to_iges(std::span<const SurfaceExport> surfaces, const std::string& file_name,
+Result<std::string> to_iges(const CadContent& content, const std::string& file_name,
                             const StepOptions& options) {
   Interface_Static::SetCVal("write.iges.unit", "MM");
   Interface_Static::SetIVal("write.surfacecurve.mode", 1);  // With curves in the parameter plane.
   constexpr int as_trimmed_surfaces = 0;
   IGESControl_Writer writer("MM", as_trimmed_surfaces);
   const Handle(IGESData_IGESModel) model = writer.Model();
-  const auto add = [&](const SurfaceExport& surface, const TopoDS_Face& face,
+  const auto add = [&](const std::string& name, const TopoDS_Shape& shape,
                        const std::string& field) -> Status {
     const int entities_before = model->NbEntities();
-    if (!writer.AddShape(face)) {
-      return make_error(ErrorCode::internal, "the CAD kernel didn't translate the face", field);
+    if (!writer.AddShape(shape)) {
+      return make_error(ErrorCode::internal, "the CAD kernel didn't translate the shape", field);
     }
     const Handle(TCollection_HAsciiString) label =
-        text_of(surface.name.empty() ? "surface" : surface.name.substr(0, label_length));
+        text_of(name.empty() ? "surface" : name.substr(0, label_length));
     for (int k = entities_before + 1; k <= model->NbEntities(); ++k) {
       constexpr int trimmed_surface = 144;
       const Handle(IGESData_IGESEntity) entity = model->Entity(k);
@@ -54,7 +54,7 @@ Result<std::string> to_iges(std::span<const SurfaceExport> surfaces, const std::
     }
     return {};
   };
-  if (Status added = detail::for_each_face(surfaces, options.contour_tolerance, add); !added)
+  if (Status added = detail::for_each_shape(content, options.contour_tolerance, add); !added)
     return added.error();
   writer.ComputeModel();
   IGESData_GlobalSection global = model->GlobalSection();
@@ -70,11 +70,15 @@ Result<std::string> to_iges(std::span<const SurfaceExport> surfaces, const std::
 
 }  // namespace
 
+Status write_iges(const std::filesystem::path& path, const CadContent& content, const StepOptions& options) {
+  return detail::write_cad_file(path, content, options, "writing IGES", [&](const std::string& file_name) {
+    return to_iges(content, file_name, options);
+  });
+}
+
 Status write_iges(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,
                   const StepOptions& options) {
-  return detail::write_cad_file(path, surfaces, options, "writing IGES", [&](const std::string& file_name) {
-    return to_iges(surfaces, file_name, options);
-  });
+  return write_iges(path, CadContent{surfaces, {}, {}}, options);
 }
 
 }  // namespace handloft::exchange

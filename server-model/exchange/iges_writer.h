@@ -7,6 +7,7 @@
 #include <span>
 
 #include "common/base/result.h"
+#include "server-model/exchange/cad_export.h"
 #include "server-model/exchange/step_writer.h"
 #include "server-model/exchange/surface_export.h"
 
@@ -14,6 +15,9 @@ namespace handloft::exchange {
 
 /// As write_step(), with the same options and errors.
 Status write_iges(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,
+                  const StepOptions& options = {});
+/// Models become their faces, each trimmed by itself: what IGES readers take without fail.
+Status write_iges(const std::filesystem::path& path, const CadContent& content,
                   const StepOptions& options = {});
 
 }  // namespace handloft::exchange

@@ -13,29 +13,24 @@
 #include <Geom2d_Curve.hxx>
 #include <IFSelect_ReturnStatus.hxx>
 #include <IGESControl_Reader.hxx>
-#include <IGESData_IGESEntity.hxx>
 #include <Interface_Static.hxx>
 #include <Precision.hxx>
 #include <STEPControl_Reader.hxx>
-#include <StepRepr_RepresentationItem.hxx>
-#include <TCollection_AsciiString.hxx>
-#include <TCollection_HAsciiString.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Face.hxx>
-#include <XSControl_TransferReader.hxx>
-#include <XSControl_WorkSession.hxx>
 #include <functional>
 #include <string>
 #include <system_error>
 
+#include "server-model/exchange/cad_source.h"
 #include "server-model/exchange/occt_session.h"
 
 namespace handloft::exchange {
 namespace {
 
-constexpr double metres_per_millimetre = 1e-3;  ///< Per millimetre.
+using detail::metres_per_millimetre;
 
 geometry::Vec3 to_metres(const gp_Pnt& p) {
   return {metres_per_millimetre * p.X(), metres_per_millimetre * p.Y(), metres_per_millimetre * p.Z()};
@@ -88,22 +83,6 @@ StepFace describe(const TopoDS_Face& shape, const StepReadOptions& options) {
   return face;
 }
 
-std::string name_of(const Handle(Standard_Transient) & origin) {
-  if (const Handle(StepRepr_RepresentationItem) item = Handle(StepRepr_RepresentationItem)::DownCast(origin);
-      !item.IsNull()) {
-    return item->Name().IsNull() ? "" : item->Name()->ToCString();
-  }
-  if (const Handle(IGESData_IGESEntity) entity = Handle(IGESData_IGESEntity)::DownCast(origin);
-      !entity.IsNull()) {
-    if (!entity->HasShortLabel()) return "";
-    TCollection_AsciiString label = entity->ShortLabel()->ToCString();
-    label.LeftAdjust();  // IGES fills up with spaces.
-    label.RightAdjust();
-    return label.ToCString();
-  }
-  return "";
-}
-
 Status read(XSControl_Reader& reader, const char* format, const std::filesystem::path& path,
             const StepReadOptions& options, StepContent& content) {
   Interface_Static::SetCVal("xstep.cascade.unit", "MM");
@@ -116,14 +95,13 @@ Status read(XSControl_Reader& reader, const char* format, const std::filesystem:
     return make_error(ErrorCode::data_corrupt, fmt::format("{} has no shape", path.string()), "path");
   }
   content.valid = BRepCheck_Analyzer(whole).IsValid();
-  const Handle(XSControl_TransferReader) origin = reader.WS()->TransferReader();
   for (TopExp_Explorer faces(whole, TopAbs_FACE); faces.More(); faces.Next()) {
     if (content.faces.size() >= options.max_faces) {
       return make_error(ErrorCode::resource_exhausted,
                         fmt::format("{} has more than {} faces", path.string(), options.max_faces), "path");
     }
     content.faces.push_back(describe(TopoDS::Face(faces.Current()), options));
-    content.faces.back().name = name_of(origin->EntityFromShapeResult(faces.Current(), 1));
+    content.faces.back().name = detail::name_of(reader, faces.Current());
   }
   if (content.faces.empty()) {
     return make_error(ErrorCode::data_corrupt, fmt::format("{} has no face", path.string()), "path");

@@ -53,26 +53,26 @@ void name_products(const Handle(StepData_StepModel) & model, int entities_before
   }
 }
 
-Result<std::string> to_step(std::span<const SurfaceExport> surfaces, const std::string& file_name,
+Result<std::string> to_step(const CadContent& content, const std::string& file_name,
                             const StepOptions& options) {
   Interface_Static::SetIVal("write.surfacecurve.mode", 1);  // With curves in the parameter plane.
   Interface_Static::SetCVal("write.step.unit", "MM");
   Interface_Static::SetCVal("write.step.schema", "AP214IS");  // What the most programs read.
   STEPControl_Writer writer;
-  const auto add = [&](const SurfaceExport& surface, const TopoDS_Face& face,
+  const auto add = [&](const std::string& plain_name, const TopoDS_Shape& shape,
                        const std::string& field) -> Status {
-    const std::string name = step_name(surface.name);
+    const std::string name = step_name(plain_name);
     const int entities_before = writer.Model()->NbEntities();
-    if (writer.Transfer(face, STEPControl_AsIs) != IFSelect_RetDone) {
-      return make_error(ErrorCode::internal, "the CAD kernel didn't translate the face", field);
+    if (writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone) {
+      return make_error(ErrorCode::internal, "the CAD kernel didn't translate the shape", field);
     }
     const Handle(Transfer_FinderProcess) process = writer.WS()->TransferWriter()->FinderProcess();
-    const Handle(StepRepr_RepresentationItem) item = STEPConstruct::FindEntity(process, face);
+    const Handle(StepRepr_RepresentationItem) item = STEPConstruct::FindEntity(process, shape);
     if (!item.IsNull()) item->SetName(new TCollection_HAsciiString(name.c_str()));
     name_products(writer.Model(), entities_before, name);
     return {};
   };
-  if (Status added = detail::for_each_face(surfaces, options.contour_tolerance, add); !added)
+  if (Status added = detail::for_each_shape(content, options.contour_tolerance, add); !added)
     return added.error();
   const Handle(StepData_StepModel) model = writer.Model();
   set_header(model, file_name, options);
@@ -83,11 +83,15 @@ Result<std::string> to_step(std::span<const SurfaceExport> surfaces, const std::
 
 }  // namespace
 
+Status write_step(const std::filesystem::path& path, const CadContent& content, const StepOptions& options) {
+  return detail::write_cad_file(path, content, options, "writing STEP", [&](const std::string& file_name) {
+    return to_step(content, file_name, options);
+  });
+}
+
 Status write_step(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,
                   const StepOptions& options) {
-  return detail::write_cad_file(path, surfaces, options, "writing STEP", [&](const std::string& file_name) {
-    return to_step(surfaces, file_name, options);
-  });
+  return write_step(path, CadContent{surfaces, {}, {}}, options);
 }
 
 }  // namespace handloft::exchange

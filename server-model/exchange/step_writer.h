@@ -1,15 +1,16 @@
 #pragma once
-// STEP (ISO 10303-21) through Open CASCADE: every surface is a true B-spline face (never facets), trimmed at
-// the half-opaque contour by a boundary with curves in the parameter plane (A26, X3), valid by BRepCheck, in
-// millimetres. Stars (exponents below 1) end where their arms get thinner than contour_curve.h's
-// min_tip_width_m, 10 micrometres. One product per surface carries its name. Locale-independent; nothing is
-// printed.
+// STEP (ISO 10303-21) through Open CASCADE: every fitted surface is a true B-spline face (never facets),
+// trimmed at the half-opaque contour by a boundary with curves in the parameter plane (A26, X3), valid by
+// BRepCheck, in millimetres. Stars (exponents below 1) end where their arms get thinner than
+// contour_curve.h's min_tip_width_m, 10 micrometres. One product per surface carries its name.
+// Locale-independent; nothing is printed.
 
 #include <filesystem>
 #include <span>
 #include <string>
 
 #include "common/base/result.h"
+#include "server-model/exchange/cad_export.h"
 #include "server-model/exchange/surface_export.h"
 
 namespace handloft::exchange {
@@ -26,6 +27,12 @@ struct StepOptions {
 /// makes no valid face ("surfaces[2]"); io as in write_file_atomically(). May be called from any thread;
 /// calls queue, since the library's settings are global.
 Status write_step(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,
+                  const StepOptions& options = {});
+
+/// The same with faces and models beside them; their errors are invalid_argument too ("faces[1].surface",
+/// "models[0].replaced[2]"), data_corrupt for a stored model that is damaged, failed_precondition for one of
+/// which no face is left.
+Status write_step(const std::filesystem::path& path, const CadContent& content,
                   const StepOptions& options = {});
 
 }  // namespace handloft::exchange

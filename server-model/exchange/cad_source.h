@@ -1,0 +1,25 @@
+#pragma once
+// What readers of STEP and IGES files have in common. Not for others than cad_import, reference_cad and
+// step_reader.
+
+#include <TopoDS_Shape.hxx>
+#include <XSControl_Reader.hxx>
+#include <filesystem>
+#include <string>
+
+#include "common/base/result.h"
+
+namespace handloft::exchange::detail {
+
+constexpr double metres_per_millimetre = 1e-3;
+
+/// The whole of a file in millimetres, whatever its unit is. `what` stands in messages: "a STEP". Throws the
+/// library's exceptions. Errors: data_corrupt.
+Result<TopoDS_Shape> read_whole(XSControl_Reader& reader, const std::filesystem::path& path,
+                                const char* what);
+
+/// The name that the file gives to a part of what was read: a STEP item's name, an IGES entity's label; empty
+/// when it has none.
+std::string name_of(XSControl_Reader& reader, const TopoDS_Shape& part);
+
+}  // namespace handloft::exchange::detail
