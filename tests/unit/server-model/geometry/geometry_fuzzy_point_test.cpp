@@ -14,7 +14,10 @@ TEST(FuzzyPoint, A2_HandValuesOfEq1) {
   EXPECT_NEAR(fuzzy_radius(0.25), 0.375 * 0.0254, 1e-15);
   EXPECT_DOUBLE_EQ(fuzzy_opacity(0, 0.25), 0.25);
   EXPECT_EQ(fuzzy_opacity(fuzzy_radius(0.25), 0.25), 0);
-  EXPECT_NEAR(fuzzy_opacity(fuzzy_radius(0.25) / 2, 0.25), 0.125, 1e-12);
+  for (int i = 0; i <= 100; ++i) {  // Linear from rho in the middle to 0 at the rim.
+    EXPECT_NEAR(fuzzy_opacity(fuzzy_radius(0.25) * i / 100, 0.25), 0.25 * (1 - i / 100.0), 1e-12);
+  }
+  EXPECT_EQ(fuzzy_opacity(2 * fuzzy_radius(0.25), 0.25), 0);
 }
 
 TEST(FuzzyPoint, A2_TheMostCertainPointIsSmallAndNotNothing) {

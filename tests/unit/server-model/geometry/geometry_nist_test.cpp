@@ -17,17 +17,24 @@ namespace {
 
 using test::digits;
 
-/// Digits of the worst raw coefficient of a polynomial in one variable, embedded in two: each observation is
-/// repeated at `degree + 1` values of y, on which the solution must not depend.
-double wampler_digits(const std::vector<double>& y, const std::vector<double>& expected) {
-  constexpr int degree = 5;
+constexpr int wampler_degree = 5;
+
+/// A polynomial in one variable, embedded in two: each observation is repeated at `degree + 1` values of y,
+/// on which the solution must not depend.
+std::vector<WeightedPoint> wampler_points(const std::vector<double>& y) {
   std::vector<WeightedPoint> points;
-  for (int row = 0; row <= degree; ++row) {
+  for (int row = 0; row <= wampler_degree; ++row) {
     for (std::size_t i = 0; i < y.size(); ++i) {
       points.push_back({{static_cast<double>(i), static_cast<double>(row), y[i]}, 1.0});
     }
   }
-  const Result<PolynomialFit> fit = fit_polynomial_surface(points, {.degree = degree});
+  return points;
+}
+
+/// Digits of the worst raw coefficient.
+double wampler_digits(const std::vector<double>& y, const std::vector<double>& expected) {
+  constexpr int degree = wampler_degree;
+  const Result<PolynomialFit> fit = fit_polynomial_surface(wampler_points(y), {.degree = degree});
   if (!fit.ok() || fit->degree_reduced()) return 0;
   const std::vector<double> c = fit->surface.coefficients();
   double worst = 16;
@@ -58,6 +65,15 @@ TEST(NistAccuracy, A6_Wampler5To7Digits) {
   EXPECT_GE(wampler_digits({nist::wampler5_y.begin(), nist::wampler5_y.end()}, {1, 1, 1, 1, 1, 1}), 7);
 }
 
+TEST(NistAccuracy, A6_Wampler5To12DigitsOfTheResidualSum) {
+  const std::vector<double> y(nist::wampler5_y.begin(), nist::wampler5_y.end());
+  const auto fit = fit_polynomial_surface(wampler_points(y), {.degree = wampler_degree});
+  ASSERT_TRUE(fit.ok());
+  // The statistics' mean square is that of the 21 observations, each of them there as often.
+  const double sum = fit->statistics.rms * fit->statistics.rms * static_cast<double>(y.size());
+  EXPECT_GE(digits(sum, nist::wampler5_residual_sum_of_squares), 12);
+}
+
 TEST(NistAccuracy, A6_LongleyTo12Digits) {
   RowQr qr(7);
   Eigen::MatrixXd rows(16, 8);
@@ -67,11 +83,14 @@ TEST(NistAccuracy, A6_LongleyTo12Digits) {
     for (Eigen::Index k = 1; k < 7; ++k) rows(i, k) = source[static_cast<std::size_t>(k)];
     rows(i, 7) = source[0];
   }
-  qr.append(rows);
+  Eigen::MatrixXd workspace = rows;
+  qr.append(workspace);
   const Eigen::VectorXd c = qr.solve(7);
   for (Eigen::Index k = 0; k < 7; ++k) {
     EXPECT_GE(digits(c[k], nist::longley_coefficients[static_cast<std::size_t>(k)]), 12) << "b" << k;
   }
+  const double sum = (rows.leftCols(7) * c - rows.col(7)).squaredNorm();
+  EXPECT_GE(digits(sum, nist::longley_residual_sum_of_squares), 12);
 }
 
 /// Filip's degree, 10, is beyond our surfaces': it tests the solver that they use.

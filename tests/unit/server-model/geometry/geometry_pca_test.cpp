@@ -58,12 +58,17 @@ TEST(PcaFrame, A5_MovesWithTheCloud) {
 
 TEST(PcaFrame, A5_OrderOfPointsDoesNotMatter) {
   std::mt19937_64 random(2);
-  std::vector<WeightedPoint> cloud = test::random_cloud(random, 1000);
-  const auto before = pca_frame(cloud);
-  // Without its first point's privilege as reference: swap it, too.
-  std::shuffle(cloud.begin(), cloud.end(), random);
-  const auto after = pca_frame(cloud);
-  EXPECT_LE(largest_difference(before->frame.rotation, after->frame.rotation), 1e-13);
+  for (const std::size_t n : {8UL, 100UL, 1000UL, 20000UL}) {
+    std::vector<WeightedPoint> cloud = test::random_cloud(random, n);
+    const auto before = pca_frame(cloud);
+    for (int round = 0; round < 5; ++round) {
+      // Without its first point's privilege as reference: swap it, too.
+      std::shuffle(cloud.begin(), cloud.end(), random);
+      const auto after = pca_frame(cloud);
+      EXPECT_LE(largest_difference(before->frame.rotation, after->frame.rotation), 1e-13) << n;
+      EXPECT_LE((before->frame.origin - after->frame.origin).norm(), 1e-13) << n;
+    }
+  }
 }
 
 TEST(PcaFrame, A5_NormalTurnsTowardsTheViewer) {

@@ -47,16 +47,24 @@ TEST(PolynomialSurface, A4_ScaledCoefficientsExpandToTheSameFunction) {
 
 TEST(PolynomialSurface, A11_TenTimesBeyondItsDataItIsThePolynomial) {
   std::mt19937_64 random(6);
-  const PolynomialSurface surface = test::random_surface(random, 4, {{0.03, -0.02}, {0.08, 0.05}});
-  for (const double x : {-0.8, 0.8}) {
-    for (const double y : {-0.5, 0.5}) {
-      double sum = 0;  // Written out in the scaled variables.
-      for (std::size_t k = 0; k < 15; ++k) {
-        sum += surface.scaled_coefficients()[k] * std::pow((x - 0.03) / 0.08, monomials(4)[k].x_power) *
-               std::pow((y + 0.02) / 0.05, monomials(4)[k].y_power);
+  for (int degree = min_degree; degree <= max_degree; ++degree) {
+    const PolynomialSurface surface = test::random_surface(random, degree, {{0.03, -0.02}, {0.08, 0.05}});
+    const std::span<const double> c = surface.scaled_coefficients();
+    for (const double u : {-10.0, 10.0}) {
+      for (const double v : {-10.0, 10.0}) {
+        const double x = 0.03 + 0.08 * u;
+        const double y = -0.02 + 0.05 * v;
+        double sum = 0;  // Written out in the scaled variables.
+        double summands = 0;
+        for (std::size_t k = 0; k < c.size(); ++k) {
+          const Monomial& term = monomials(degree)[k];
+          const double summand = c[k] * std::pow(u, term.x_power) * std::pow(v, term.y_power);
+          sum += summand;
+          summands += std::abs(summand);
+        }
+        EXPECT_NEAR(surface.value(x, y), sum, 1e-13 * summands) << degree;
+        EXPECT_NEAR(surface.normal(x, y).norm(), 1, 1e-15);
       }
-      EXPECT_NEAR(surface.value(x, y), sum, 1e-12 * std::abs(sum));
-      EXPECT_NEAR(surface.normal(x, y).norm(), 1, 1e-15);
     }
   }
 }
