@@ -2,10 +2,10 @@
 // its size), around it (half its size) and far away; rays; against OCCT in the same run. Arguments: threads.
 
 #include <benchmark/benchmark.h>
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
 
 #include <GeomAPI_ProjectPointOnSurf.hxx>
+#include <atomic>
+#include <thread>
 
 #include "server-model/geometry/bspline_projection.h"
 #include "tests/unit/server-model/geometry/bspline_shapes.h"
@@ -30,15 +30,24 @@ std::vector<Vec3> places_at(const BSplineSurface& surface, double reach, std::si
   return places;
 }
 
+ParallelFor on_threads(std::int64_t threads) {
+  return [threads](std::size_t count, const std::function<void(std::size_t)>& task) {
+    std::atomic<std::size_t> next = 0;
+    const auto work = [&] {
+      for (std::size_t k = next++; k < count; k = next++) task(k);
+    };
+    std::vector<std::thread> others;
+    for (std::int64_t k = 1; k < threads; ++k) others.emplace_back(work);
+    work();
+    for (std::thread& other : others) other.join();
+  };
+}
+
 void closest(benchmark::State& state, const BSplineSurface& surface, double reach) {
   const SurfaceProjector projector = *SurfaceProjector::create(surface);
   const std::vector<Vec3> places = places_at(surface, reach, 20'000);
   std::vector<ClosestOnSurface> answers(places.size());
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(state.range(0)));
-  const ParallelFor parallel = [](std::size_t count, const std::function<void(std::size_t)>& task) {
-    tbb::parallel_for(std::size_t{0}, count, task);
-  };
+  const ParallelFor parallel = on_threads(state.range(0));
   for (auto _ : state) {
     if (!projector.closest(places, answers, parallel).ok()) state.SkipWithError("refused");
     benchmark::DoNotOptimize(answers.data());
