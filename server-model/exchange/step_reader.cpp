@@ -95,6 +95,10 @@ Status read(XSControl_Reader& reader, const char* format, const std::filesystem:
     return make_error(ErrorCode::data_corrupt, fmt::format("{} has no shape", path.string()), "path");
   }
   content.valid = BRepCheck_Analyzer(whole).IsValid();
+  for (TopExp_Explorer it(whole, TopAbs_SOLID); it.More(); it.Next()) ++content.solids;
+  for (TopExp_Explorer it(whole, TopAbs_SHELL); it.More(); it.Next()) {
+    if (BRep_Tool::IsClosed(it.Current())) ++content.closed_shells;
+  }
   for (TopExp_Explorer faces(whole, TopAbs_FACE); faces.More(); faces.Next()) {
     if (content.faces.size() >= options.max_faces) {
       return make_error(ErrorCode::resource_exhausted,

@@ -26,6 +26,8 @@ struct StepFace {
 struct StepContent {
   std::vector<StepFace> faces;
   bool valid = false;  ///< The whole shape is.
+  std::size_t solids = 0;
+  std::size_t closed_shells = 0;
 };
 
 struct StepReadOptions {
