@@ -87,6 +87,24 @@ TEST(SetBoundary, A24_OpacityOfEquation8InsideTheCurve) {
   EXPECT_NE(document_hash(before), document_hash(after));
 }
 
+TEST(SetBoundary, A24_DoublingTheExtentLeavesTheOpacity) {
+  // Points twice as far out: footprint and mesh grow, the distances from the curve and the largest of them,
+  // which eq. 8 divides by, do not.
+  const Document before = applied(flat(), {circle("top", 0.02)});
+  std::vector<v1::Point> wide;
+  for (const double x : {-0.08, 0.08}) {
+    for (const double y : {-0.04, 0.04}) wide.push_back(point(x, y, 0.0));
+  }
+  const Document after = applied(before, {add("top", wide), fit("top", 1)});
+  ASSERT_NEAR(after.find_dual("top")->fit->box.half_extent.x(),
+              2 * before.find_dual("top")->fit->box.half_extent.x(), 1e-12);
+  for (double x = -0.03; x <= 0.03; x += 0.005) {
+    for (double y = -0.03; y <= 0.03; y += 0.005) {
+      EXPECT_NEAR(opacity_at(after, "top", x, y), opacity_at(before, "top", x, y), 1e-6);
+    }
+  }
+}
+
 TEST(SetBoundary, NoCurveOrAnExponentBringsTheSuperellipseBack) {
   const Document before = applied(flat(), {superellipse("top", 3)});
   const Document drawn = applied(before, {circle("top", 0.02)});
