@@ -55,6 +55,23 @@ void row_along_v(const BasisTable& table, const double* row, std::size_t width, 
   }
 }
 
+/// Homogeneous place and tangents at once.
+struct Tangents {
+  Eigen::Vector4d s = Eigen::Vector4d::Zero(), su = Eigen::Vector4d::Zero(), sv = Eigen::Vector4d::Zero();
+};
+Tangents sums_at(const double* row, const double* slope, std::span<const double> basis,
+                 std::span<const double> derivative) {
+  Tangents sums;
+  for (std::size_t j = 0; j < basis.size(); ++j) {
+    const Eigen::Map<const Eigen::Vector4d> p(row + 4 * j);
+    const Eigen::Map<const Eigen::Vector4d> d(slope + 4 * j);
+    sums.s += basis[j] * p;
+    sums.su += basis[j] * d;
+    sums.sv += derivative[j] * p;
+  }
+  return sums;
+}
+
 using RowFunction = void (*)(const BasisTable&, const double*, std::size_t, double*);
 
 template <std::size_t Width>
@@ -197,10 +214,7 @@ Status GridEvaluator::evaluate(const BSplineSurface& surface, std::vector<Vec3>&
     sum_along_u(u_, v_, in_u_.first_function[r], in_u_.at(r, 1), field.data(), width, slope.data());
     for (std::size_t c = 0; c < columns(); ++c) {
       const std::size_t first = static_cast<std::size_t>(in_v_.first_function[c]) * width;
-      Eigen::Vector4d s, su, sv;
-      sum_along_v<width>(row.data() + first, in_v_.at(c, 0), width, s.data());
-      sum_along_v<width>(slope.data() + first, in_v_.at(c, 0), width, su.data());
-      sum_along_v<width>(row.data() + first, in_v_.at(c, 1), width, sv.data());
+      auto [s, su, sv] = sums_at(row.data() + first, slope.data() + first, in_v_.at(c, 0), in_v_.at(c, 1));
       const std::size_t place = r * columns() + c;
       if (weights_.empty()) {
         places[place] = s.head<3>();
