@@ -351,8 +351,8 @@ std::string broken_link(const Document& document, const DualShape& shape) {
 }
 
 /// The surface of a current fit is the optimum of its points (A8): with a_k the column sqrt(theta) u^i v^j of
-/// the design and r the residuals, sqrt(theta) r is orthogonal to a_k for i + j <= N. Two errors are allowed.
-/// Residual matching takes changes of r by 1e-12 of the heights z for rounding (settle() in
+/// the design and r the residuals, sqrt(theta) r is orthogonal to a_k for i + j <= N. Three errors are
+/// allowed. Residual matching takes changes of r by 1e-12 of the heights z for rounding (settle() in
 /// profile_edit.cpp). Householder QR is stable column by column (Higham, Accuracy and Stability,
 /// theorem 20.3): what it finds is the optimum of columns that are off by n p eps of their length, and so is
 /// each value f(x, y) = sum c_k a_k. An ill-conditioned design has large coefficients that cancel: the second
@@ -366,6 +366,8 @@ std::string broken_optimum(const DualShape& shape) {
   std::vector<double> length(p, 0.0);
   std::vector<double> row(p);
   double heights = 0;
+  double displacements = 0;
+  const double eps = std::numeric_limits<double>::epsilon();
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     const double theta = shape.points[i].pressure;
     const geometry::Vec3 at = fit.frame.to_local(shape.points[i].position());
@@ -376,6 +378,11 @@ std::string broken_optimum(const DualShape& shape) {
       length[k] += theta * row[k] * row[k];
     }
     heights += theta * at.z() * at.z();
+    const double rounding =
+        longest_sequence * eps * (shape.points[i].position().norm() + fit.frame.origin.norm());
+    const double turned = 1 + fit.surface.gradient(at.x(), at.y()).norm() +
+                          fit.surface.degree() * std::abs(fit.residuals_m[i]) / box.half_extent.minCoeff();
+    displacements += theta * rounding * rounding * turned * turned;
   }
   double summands = 0;  // Of f, before they cancel.
   for (std::size_t k = 0; k < p; ++k) {
@@ -384,10 +391,10 @@ std::string broken_optimum(const DualShape& shape) {
   }
   heights = std::sqrt(heights);
   constexpr double matching = 1e-12;
-  const double rounding =
-      static_cast<double>(shape.points.size() * p) * std::numeric_limits<double>::epsilon();
+  const double rounding = static_cast<double>(shape.points.size() * p) * eps;
   for (std::size_t k = 0; k < p; ++k) {
-    const double allowed = length[k] * (matching * heights + rounding * (heights + summands));
+    const double allowed =
+        length[k] * (matching * heights + rounding * (heights + summands) + std::sqrt(displacements));
     if (!(std::abs(gradient[k]) <= allowed)) {
       return fmt::format("a current fit that is not the optimum: gradient {} of coefficient {}, allowed {}",
                          gradient[k], k, allowed);
@@ -466,7 +473,7 @@ std::string broken_invariant(const Document& document, const Limits& limits) {
     if (!document.used_ids->contains(id)) return id + ": an id that was never given";
     if (const DualPtr shape = as_dual(entity)) {
       const std::string broken = broken_shape(document, *shape, limits);
-      if (!broken.empty()) return id + ": " + broken;
+      if (!broken.empty()) return fmt::format("{}: {}", id, broken);
     }
   }
   return "";

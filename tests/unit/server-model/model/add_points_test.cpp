@@ -78,9 +78,10 @@ TEST(AddPoints, A1ThinningMakesTheFitIndependentOfTheFrameRate) {
     const FittedSurface& a = *one.find_dual("top")->fit;
     const FittedSurface& b = *other.find_dual("top")->fit;
     double largest = 0;
-    for (double x = -0.04; x <= 0.04; x += 0.01) {
-      for (double y = -0.02; y <= 0.02; y += 0.01) {
-        const geometry::Vec3 local = b.frame.to_local(a.surface.world_point(a.frame, x, y));
+    for (int i = -4; i <= 4; ++i) {
+      for (int j = -2; j <= 2; ++j) {
+        const geometry::Vec3 world = a.surface.world_point(a.frame, 0.01 * i, 0.01 * j);
+        const geometry::Vec3 local = b.frame.to_local(world);
         largest = std::max(largest, std::abs(b.surface.value(local.x(), local.y()) - local.z()));
       }
     }
