@@ -1,0 +1,240 @@
+#include "server-model/geometry/constraint_factor.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+namespace handloft::geometry {
+
+namespace {
+
+/// Singular values of B below this part of the largest are modes that the rows do not pin.
+constexpr double least_pinned = 1e-8;
+/// Coefficients below this part of the largest are rounding, not part of a combination.
+constexpr double least_coefficient = 1e-6;
+/// Pivots that reach this part of the largest are as good: the first row is taken, so that of duplicates it
+/// is the later ones that follow from the first.
+constexpr double first_of_equals = 1 - 1e-6;
+constexpr int refinements = 2;
+
+}  // namespace
+
+ConstraintFactor::ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b)
+    : s_(std::move(s)), b_(std::move(b)) {
+  const Eigen::Index m = s_.rows();
+  scale_.resize(m);
+  for (Eigen::Index i = 0; i < m; ++i) scale_[i] = s_(i, i) > 0 ? std::sqrt(s_(i, i)) : 1.0;
+  scaled_.resize(m, m);
+  for (Eigen::Index j = 0; j < m; ++j)
+    for (Eigen::Index i = 0; i <= j; ++i) scaled_(i, j) = scaled_(j, i) = s_(i, j) / (scale_[i] * scale_[j]);
+  scaled_b_ = scale_.cwiseInverse().asDiagonal() * b_;
+  choose_anchors();
+  factorise();
+}
+
+void ConstraintFactor::choose_anchors() {
+  const Eigen::Index m = rows();
+  Eigen::Index pinned = 0;
+  if (modes() > 0 && m > 0 && scaled_b_.cwiseAbs().maxCoeff() > 0) {
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled_b_, Eigen::ComputeThinU | Eigen::ComputeFullV);
+    const auto& values = svd.singularValues();
+    while (pinned < values.size() && values[pinned] > least_pinned * values[0]) ++pinned;
+    pinned_ = svd.matrixV().leftCols(pinned);
+  } else {
+    pinned_.resize(modes(), 0);
+  }
+  scaled_b_ = (scaled_b_ * pinned_).eval();
+  std::vector<bool> is_anchor(static_cast<std::size_t>(m), false);
+  if (pinned > 0) {
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> order(scaled_b_.transpose());
+    for (Eigen::Index i = 0; i < pinned; ++i)
+      is_anchor[static_cast<std::size_t>(order.colsPermutation().indices()[i])] = true;
+  }
+  for (Eigen::Index i = 0; i < m; ++i)
+    (is_anchor[static_cast<std::size_t>(i)] ? anchors_ : others_).push_back(i);
+  if (pinned > 0) {
+    anchor_inverse_ = Eigen::MatrixXd(scaled_b_(anchors_, Eigen::all)).inverse();
+    by_anchors_ = scaled_b_(others_, Eigen::all) * anchor_inverse_;
+  } else {
+    by_anchors_.resize(static_cast<Eigen::Index>(others_.size()), 0);
+  }
+}
+
+// Cholesky with diagonal pivots of E S E^T, E = [-T I]: the rows freed of the modes.
+void ConstraintFactor::factorise() {
+  const auto count = static_cast<Eigen::Index>(others_.size());
+  Eigen::MatrixXd rest = scaled_(others_, others_);
+  if (!anchors_.empty()) {
+    const Eigen::MatrixXd mixed = by_anchors_ * scaled_(anchors_, others_);
+    rest += by_anchors_ * scaled_(anchors_, anchors_) * by_anchors_.transpose() - mixed - mixed.transpose();
+  }
+  Eigen::VectorXd noise(count);  // What rounding can leave on the diagonal goes with what was subtracted.
+  for (Eigen::Index i = 0; i < count; ++i) noise[i] = dependence * (1 + by_anchors_.row(i).squaredNorm());
+  lower_ = Eigen::MatrixXd::Zero(count, count);
+  std::vector<bool> done(static_cast<std::size_t>(count), false);
+  for (Eigen::Index column = 0; column < count; ++column) {
+    double largest = 0;
+    for (Eigen::Index i = 0; i < count; ++i)
+      if (!done[static_cast<std::size_t>(i)] && rest(i, i) > noise[i])
+        largest = std::max(largest, rest(i, i));
+    if (!(largest > 0)) break;
+    Eigen::Index pivot = 0;
+    while (done[static_cast<std::size_t>(pivot)] || !(rest(pivot, pivot) > noise[pivot]) ||
+           rest(pivot, pivot) < first_of_equals * largest)
+      ++pivot;
+    done[static_cast<std::size_t>(pivot)] = true;
+    pivots_.push_back(pivot);
+    const double root = std::sqrt(rest(pivot, pivot));
+    for (Eigen::Index i = 0; i < count; ++i)
+      lower_(i, column) = done[static_cast<std::size_t>(i)] && i != pivot ? 0 : rest(i, pivot) / root;
+    lower_(pivot, column) = root;
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const double factor = lower_(j, column);
+      if (!done[static_cast<std::size_t>(j)] && factor != 0) rest.col(j) -= factor * lower_.col(column);
+    }
+  }
+  lower_.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(pivots_.size()));
+  triangle_ = lower_(pivots_, Eigen::all);
+  kept_ = anchors_;
+  for (const Eigen::Index pivot : pivots_) kept_.push_back(others_[static_cast<std::size_t>(pivot)]);
+  std::sort(kept_.begin(), kept_.end());
+  for (Eigen::Index i = 0; i < rows(); ++i)
+    if (!std::binary_search(kept_.begin(), kept_.end(), i)) dependent_.push_back(i);
+}
+
+std::vector<Eigen::Index> ConstraintFactor::combination(std::size_t at) const {
+  const Eigen::Index row = dependent_[at];
+  if (!(scaled_(row, row) > 0)) return {};
+  const Eigen::Index place = std::lower_bound(others_.begin(), others_.end(), row) - others_.begin();
+  // others[place] = sum_i a_i others[pivots_i] + anchors.
+  const Eigen::VectorXd by_pivots = triangle_.transpose().triangularView<Eigen::Upper>().solve(
+      Eigen::VectorXd(lower_.row(place).transpose()));
+  Eigen::VectorXd by_anchor = by_anchors_.row(place).transpose();
+  for (std::size_t i = 0; i < pivots_.size(); ++i)
+    by_anchor -= by_pivots[static_cast<Eigen::Index>(i)] * by_anchors_.row(pivots_[i]).transpose();
+  double largest = 0;
+  if (by_pivots.size() > 0) largest = by_pivots.cwiseAbs().maxCoeff();
+  if (by_anchor.size() > 0) largest = std::max(largest, by_anchor.cwiseAbs().maxCoeff());
+  Rows rows_of;
+  for (std::size_t i = 0; i < pivots_.size(); ++i)
+    if (std::abs(by_pivots[static_cast<Eigen::Index>(i)]) > least_coefficient * largest)
+      rows_of.push_back(others_[static_cast<std::size_t>(pivots_[i])]);
+  for (std::size_t i = 0; i < anchors_.size(); ++i)
+    if (std::abs(by_anchor[static_cast<Eigen::Index>(i)]) > least_coefficient * largest)
+      rows_of.push_back(anchors_[i]);
+  std::sort(rows_of.begin(), rows_of.end());
+  return rows_of;
+}
+
+Eigen::MatrixXd ConstraintFactor::borne(const Eigen::MatrixXd& mode_loads) const {
+  return -(pinned_.transpose() * mode_loads);
+}
+
+double ConstraintFactor::unborne(const Eigen::MatrixXd& mode_loads) const {
+  if (mode_loads.size() == 0) return 0;
+  return (mode_loads - pinned_ * (pinned_.transpose() * mode_loads)).cwiseAbs().maxCoeff();
+}
+
+// All in scaled rows: S l + B c = d on the kept ones, B^T l = h.
+ConstraintFactor::Multipliers ConstraintFactor::step(const Eigen::MatrixXd& d,
+                                                     const Eigen::MatrixXd& h) const {
+  Multipliers result{Eigen::MatrixXd::Zero(rows(), d.cols()),
+                     Eigen::MatrixXd::Zero(pinned_.cols(), d.cols())};
+  if (!anchors_.empty()) result.rows(anchors_, Eigen::all) = anchor_inverse_.transpose() * h;
+  const Eigen::MatrixXd open = d - scaled_ * result.rows;
+  if (!pivots_.empty()) {
+    Eigen::MatrixXd right = open(others_, Eigen::all);
+    if (!anchors_.empty()) right -= by_anchors_ * open(anchors_, Eigen::all);
+    Eigen::MatrixXd amounts = right(pivots_, Eigen::all);
+    triangle_.triangularView<Eigen::Lower>().solveInPlace(amounts);
+    triangle_.transpose().triangularView<Eigen::Upper>().solveInPlace(amounts);
+    for (std::size_t i = 0; i < pivots_.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      result.rows.row(others_[static_cast<std::size_t>(pivots_[i])]) += amounts.row(row);
+      if (!anchors_.empty())
+        result.rows(anchors_, Eigen::all) -= by_anchors_.row(pivots_[i]).transpose() * amounts.row(row);
+    }
+  }
+  if (!anchors_.empty()) result.modes = anchor_inverse_ * (d - scaled_ * result.rows)(anchors_, Eigen::all);
+  return result;
+}
+
+// Responses that the kept rows can bring about: those of the anchors at will, those of the others theirs
+// through T, and beside that the span of the Cholesky factor.
+ConstraintFactor::Multipliers ConstraintFactor::least_squares_step(const Eigen::MatrixXd& d,
+                                                                   const Eigen::MatrixXd& h) const {
+  Multipliers result{Eigen::MatrixXd::Zero(rows(), d.cols()),
+                     Eigen::MatrixXd::Zero(pinned_.cols(), d.cols())};
+  if (!anchors_.empty()) result.rows(anchors_, Eigen::all) = anchor_inverse_.transpose() * h;
+  const auto pinned = static_cast<Eigen::Index>(anchors_.size());
+  const Eigen::MatrixXd before = scaled_ * result.rows;
+  Eigen::MatrixXd offset = before(others_, Eigen::all);
+  if (!anchors_.empty()) offset -= by_anchors_ * before(anchors_, Eigen::all);
+  Eigen::MatrixXd right(rows(), d.cols());
+  right.topRows(pinned) = d(anchors_, Eigen::all);
+  right.bottomRows(rows() - pinned) = d(others_, Eigen::all) - offset;
+  Eigen::MatrixXd response(0, d.cols());
+  if (!kept_.empty()) response = responses_.solve(right);
+  Eigen::MatrixXd amounts = response.bottomRows(response.rows() - pinned);
+  triangle_.transpose().triangularView<Eigen::Upper>().solveInPlace(amounts);
+  for (std::size_t i = 0; i < pivots_.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    result.rows.row(others_[static_cast<std::size_t>(pivots_[i])]) += amounts.row(row);
+    if (!anchors_.empty())
+      result.rows(anchors_, Eigen::all) -= by_anchors_.row(pivots_[i]).transpose() * amounts.row(row);
+  }
+  if (!anchors_.empty())
+    result.modes =
+        anchor_inverse_ * (response.topRows(pinned) - (scaled_ * result.rows)(anchors_, Eigen::all));
+  return result;
+}
+
+ConstraintFactor::Multipliers ConstraintFactor::unscaled(const Multipliers& scaled) const {
+  return {scale_.cwiseInverse().asDiagonal() * scaled.rows, pinned_ * scaled.modes};
+}
+
+ConstraintFactor::Multipliers ConstraintFactor::solve(const Eigen::MatrixXd& values,
+                                                      const Eigen::MatrixXd& mode_loads) const {
+  const Eigen::MatrixXd h = borne(mode_loads);
+  Multipliers scaled = step(scale_.cwiseInverse().asDiagonal() * values, h);
+  for (int i = 0; i < refinements; ++i) {
+    const Eigen::MatrixXd off =
+        scale_.cwiseInverse().asDiagonal() * Eigen::MatrixXd(-residual(unscaled(scaled), values));
+    const Multipliers correction = step(off, h - scaled_b_.transpose() * scaled.rows);
+    scaled.rows += correction.rows;
+    scaled.modes += correction.modes;
+  }
+  return unscaled(scaled);
+}
+
+ConstraintFactor::Multipliers ConstraintFactor::solve_least_squares(const Eigen::MatrixXd& values,
+                                                                    const Eigen::MatrixXd& mode_loads) {
+  if (!has_responses_) {
+    const auto pinned = static_cast<Eigen::Index>(anchors_.size());
+    const auto free = static_cast<Eigen::Index>(pivots_.size());
+    Eigen::MatrixXd spanned = Eigen::MatrixXd::Zero(rows(), pinned + free);
+    spanned.topLeftCorner(pinned, pinned).setIdentity();
+    spanned.bottomLeftCorner(rows() - pinned, pinned) = by_anchors_;
+    spanned.bottomRightCorner(rows() - pinned, free) = lower_;
+    if (spanned.cols() > 0) responses_.compute(spanned);  // Else no row has any effect.
+    has_responses_ = true;
+  }
+  const Eigen::MatrixXd h = borne(mode_loads);
+  Multipliers scaled = least_squares_step(scale_.cwiseInverse().asDiagonal() * values, h);
+  for (int i = 0; i < refinements; ++i) {
+    const Eigen::MatrixXd off =
+        scale_.cwiseInverse().asDiagonal() * Eigen::MatrixXd(-residual(unscaled(scaled), values));
+    const Multipliers correction = least_squares_step(off, h - scaled_b_.transpose() * scaled.rows);
+    scaled.rows += correction.rows;
+    scaled.modes += correction.modes;
+  }
+  return unscaled(scaled);
+}
+
+Eigen::MatrixXd ConstraintFactor::residual(const Multipliers& multipliers,
+                                           const Eigen::MatrixXd& values) const {
+  return s_ * multipliers.rows + b_ * multipliers.modes - values;
+}
+
+}  // namespace handloft::geometry

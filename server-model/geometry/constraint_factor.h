@@ -1,0 +1,85 @@
+#pragma once
+// The small dense system of linear constraints on a minimum of energy (D20). For
+//   minimise x^T K x - 2 x^T F  subject to  C x = d,
+// with K definite but for modes N that cost no energy, the multipliers l (forces that hold the constraints)
+// and the modes' amounts c solve
+//   S l + B c = d - C x_F,   B^T l = -N^T F,   S = C K^-1 C^T,   B = C N,   x = x_F + K^-1 C^T l + N c,
+// where x_F = K^-1 F. (Where there are modes, K^-1 is that of K with ties on as many points as there are
+// modes: the second equation leaves the ties nothing to bear, so any will do.)
+//
+// Rows that depend on others are found, never divided by: a few anchors among the rows are chosen that pin
+// the modes, the modes are eliminated by them, and what remains, a Gram matrix in the inner product of
+// energy, is factorised by Cholesky with diagonal pivots until they are rounding. The order of pivots, and
+// with it every bit, depends on S and B alone.
+
+#include <Eigen/Core>
+#include <Eigen/QR>
+#include <cstddef>
+#include <vector>
+
+namespace handloft::geometry {
+
+class ConstraintFactor {
+ public:
+  /// Rows are dependent when their distance from the others' span, in the norm of energy, is below the root
+  /// of this part of their own length: some ten times what rounding makes of exact dependence.
+  static constexpr double dependence = 1e-11;
+
+  ConstraintFactor() = default;
+  /// S, m x m (each half used where it belongs: the upper one for the factor, all for residuals), and B,
+  /// m x k, k small, zeros exact. Preconditions: finite; S symmetric but for rounding, semidefinite.
+  ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b);
+
+  Eigen::Index rows() const { return s_.rows(); }
+  Eigen::Index modes() const { return b_.cols(); }
+  /// Rows that the solution meets exactly, by choice of the factor, and those that follow from them, each
+  /// ascending.
+  const std::vector<Eigen::Index>& kept() const { return kept_; }
+  const std::vector<Eigen::Index>& dependent() const { return dependent_; }
+  /// The kept rows of which dependent()[at] is a combination, ascending; none where the row is zero.
+  std::vector<Eigen::Index> combination(std::size_t at) const;
+
+  /// The part of the modes' load that no row can bear: |.| of each column of N^T F (k x r), to be compared
+  /// with what rounding makes. Zero where rows pin all modes.
+  double unborne(const Eigen::MatrixXd& mode_loads) const;
+
+  struct Multipliers {
+    Eigen::MatrixXd rows;   ///< l, m x r; dependent rows have 0.
+    Eigen::MatrixXd modes;  ///< c, k x r; of least norm in what the rows leave open.
+  };
+  /// With `values` d - C x_F (m x r) and `mode_loads` N^T F (k x r).
+  Multipliers solve(const Eigen::MatrixXd& values, const Eigen::MatrixXd& mode_loads) const;
+  /// The same with all rows as near as they come: the least sum of squares of residuals, each in units of
+  /// what the row yields to a unit force (root of its element of S).
+  Multipliers solve_least_squares(const Eigen::MatrixXd& values, const Eigen::MatrixXd& mode_loads);
+  /// S l + B c - d: how far each row is off.
+  Eigen::MatrixXd residual(const Multipliers& multipliers, const Eigen::MatrixXd& values) const;
+
+ private:
+  using Rows = std::vector<Eigen::Index>;
+
+  void choose_anchors();
+  void factorise();
+  Multipliers step(const Eigen::MatrixXd& scaled_values, const Eigen::MatrixXd& borne_loads) const;
+  Multipliers least_squares_step(const Eigen::MatrixXd& scaled_values,
+                                 const Eigen::MatrixXd& borne_loads) const;
+  Eigen::MatrixXd borne(const Eigen::MatrixXd& mode_loads) const;
+  Multipliers unscaled(const Multipliers& scaled) const;
+
+  Eigen::MatrixXd s_, b_;
+  Eigen::VectorXd scale_;           // Root of S's diagonal; 1 for rows of zeros.
+  Eigen::MatrixXd scaled_;          // S, exactly symmetric, with unit diagonal.
+  Eigen::MatrixXd pinned_;          // The modes that rows pin: an orthonormal basis, k x p.
+  Eigen::MatrixXd scaled_b_;        // m x p.
+  Rows anchors_, others_;           // p rows, and the rest, ascending.
+  Eigen::MatrixXd anchor_inverse_;  // Of scaled_b_'s anchor rows, p x p.
+  Eigen::MatrixXd by_anchors_;      // T: others' rows of B as combinations of the anchors'.
+  Eigen::MatrixXd lower_;           // Of the others: rows in their order, one column a pivot.
+  Eigen::MatrixXd triangle_;        // Its pivots' rows.
+  Rows pivots_;                     // Places in others_, in the order of elimination.
+  Rows kept_, dependent_;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> responses_;  // Made when first asked for.
+  bool has_responses_ = false;
+};
+
+}  // namespace handloft::geometry

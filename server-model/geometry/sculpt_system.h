@@ -1,0 +1,158 @@
+#pragma once
+// A surface or curve that yields to constraints and loads with the least deformation energy (requirements D1
+// to D8, D16, D20):
+//
+//   auto system = SculptSystem::create(surface, setup);        // factorises K once
+//   auto shape = system->solve(rows, loads, ConflictPolicy::refuse);   // every frame of a drag
+//
+// solve() is the only way to a shape, for previews as for commits. While the rows' functionals stay the same
+// (a drag changes targets and forces only) it costs O(points x rows); a new functional costs one
+// substitution, a functional less only the small dense factor (constraint_factor.h). Whatever was asked
+// before, the shape's bits depend only on the rest shape, the setup, the rows and loads and their order.
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/base/result.h"
+#include "server-model/geometry/bspline_curve.h"
+#include "server-model/geometry/bspline_surface.h"
+#include "server-model/geometry/constraint_factor.h"
+#include "server-model/geometry/sculpt_columns.h"
+#include "server-model/geometry/sculpt_energy.h"
+#include "server-model/geometry/sculpt_rows.h"
+#include "server-model/geometry/stiffness_solver.h"
+
+namespace handloft::geometry {
+
+enum class SculptMode : std::uint8_t {
+  displacement,      ///< The energy is that of the displacement: without loads the rest shape stays (D4).
+  absolute_fairing,  ///< It is that of the shape: the surface becomes as fair as rows and supports let it.
+};
+
+struct SculptSetup {
+  SculptEnergy energy;
+  SculptSupports supports;
+  SculptMode mode = SculptMode::displacement;
+  std::vector<std::uint32_t> held;  ///< Further control points that stay, ascending: points_outside().
+};
+
+/// Of curves: E = integral alpha |w_u|^2 + beta |w_uu|^2 (D1).
+struct CurveSculptSetup {
+  double alpha = 0.05, beta = 1;
+  Support lower = Support::clamped, upper = Support::clamped;
+  SculptMode mode = SculptMode::displacement;
+};
+
+enum class ConflictPolicy : std::uint8_t {
+  refuse,         ///< Contradicting rows are an error that names them.
+  least_squares,  ///< They are met as nearly as all of them can be; see ConstraintFactor.
+};
+
+/// A row that follows from others (by their indices, ascending; none: from held control points alone).
+struct DependentRow {
+  std::size_t row = 0;
+  std::vector<std::size_t> on;
+};
+/// A row that could not be met, and by how much it is off (in its functional's unit).
+struct SculptConflict {
+  std::size_t row = 0;
+  double off = 0;
+};
+
+struct SculptSolution {
+  std::vector<Vec3> control;              ///< All control points; the held ones have the rest shape's bits.
+  Eigen::MatrixX3d displacement;          ///< Of the movable ones, ascending, before it is added and rounded.
+  std::vector<Vec3> reactions;            ///< The force by which each row acts, on its functional.
+  std::vector<DependentRow> dependent;    ///< Ascending.
+  std::vector<SculptConflict> conflicts;  ///< Ascending; none under ConflictPolicy::refuse.
+};
+
+/// How well a solution meets the conditions of a minimum (Karush, Kuhn and Tucker).
+struct SculptResidual {
+  double stationarity = 0;  ///< |K x - F - C^T l| / (|F| + |C^T l|).
+  double constraints = 0;   ///< Largest |phi(x) - target| of rows, of the rest shape's extent in its unit.
+};
+
+/// Movable; not thread-safe. The parameters of energies are lengths: each direction is scaled to the mean
+/// length of its rows of control points (scaled_domain()), while functionals keep the surface's parameters.
+class SculptSystem {
+ public:
+  static constexpr std::size_t max_rows = 4096;
+  /// Curves are one direction alone: free or held at both ends.
+  /// Errors: invalid_argument, naming the field; failed_precondition where the energy leaves parts loose
+  /// (energy); resource_exhausted.
+  static Result<SculptSystem> create(const BSplineSurface& rest, const SculptSetup& setup,
+                                     const IterativeOptions& iteration = {});
+  static Result<SculptSystem> create(const BSplineCurve& rest, const CurveSculptSetup& setup);
+
+  /// Errors: invalid_argument, naming rows[i] or loads[i]; failed_precondition when loads act on a surface
+  /// that nothing holds against them (supports), and for contradicting rows (rows[i]; the message names all)
+  /// under ConflictPolicy::refuse; resource_exhausted above max_rows. Where rows leave a surface without
+  /// supports open, it moves by the least that they demand.
+  Result<SculptSolution> solve(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
+                               ConflictPolicy policy);
+
+  /// The work that these loads do, as they come, on a surface held by these rows: f^T K_c^-1 f. Of a unit
+  /// force g with dy = g f along it, of a unit moment the same for turning; see matching_stiffness() (D16).
+  /// Errors: as solve().
+  Result<double> compliance(std::span<const SculptRow> rows, std::span<const SculptLoad> loads);
+
+  /// O(points x degree), not for every frame. Precondition: rows and loads are those of the solution.
+  SculptResidual residual(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
+                          const SculptSolution& solution) const;
+
+  std::size_t unknown_count() const { return unknowns_.size(); }
+  /// Substitutions so far: each functional once.
+  std::size_t solved() const { return columns_.solved(); }
+  StiffnessSolver::Report solver_report() const { return columns_.solver().report(); }
+
+ private:
+  using Product = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
+  using Columns = std::vector<std::shared_ptr<const SculptColumn>>;
+
+  /// What stays the same while only targets and forces change.
+  struct Prepared {
+    std::vector<SurfaceFunctional> functionals;
+    std::vector<std::optional<Vec3>> along;
+    Columns columns;
+    bool coupled = false;  ///< Some row has `along`: x, y and z are one system of 3 times the size.
+    std::vector<std::size_t> row_of;  ///< By equation.
+    std::vector<Vec3> direction;      ///< By equation, unit; when coupled.
+    ConstraintFactor factor;
+    std::vector<DependentRow> dependent;
+  };
+  struct Answer {
+    ConstraintFactor::Multipliers multipliers;
+    std::vector<SculptConflict> conflicts;
+  };
+
+  SculptSystem() = default;
+  static Result<SculptSystem> finish(std::vector<Vec3> rest, SculptMode mode,
+                                     std::vector<std::uint32_t> unknowns,
+                                     std::unique_ptr<StiffnessSolver> solver, Eigen::MatrixXd modes,
+                                     Product product);
+  Status check_rows(std::span<const SculptRow> rows) const;
+  Status check_loads(std::span<const SculptLoad> loads) const;
+  Status prepare(std::span<const SculptRow> rows);
+  Result<Answer> multipliers(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
+                             const Columns& load_columns, bool at_rest, ConflictPolicy policy);
+  Vec3 reaction(const Answer& answer, std::size_t row) const;
+  Eigen::MatrixX3d mode_amounts(const Answer& answer) const;
+  Vec3 rest_value(const SurfaceFunctional& functional) const;
+
+  std::vector<Vec3> rest_;
+  double extent_m_ = 1;  // The diagonal of the rest shape's box.
+  double stiffness_norm_ = 0;
+  std::vector<std::uint32_t> unknowns_;
+  Product product_;
+  SculptColumns columns_;
+  Eigen::MatrixX3d own_load_;      // -K rest in the absolute mode, else empty; by unknown.
+  Eigen::MatrixX3d own_response_;  // K^-1 of it.
+  Prepared prepared_;
+  bool is_prepared_ = false;
+};
+
+}  // namespace handloft::geometry
