@@ -64,8 +64,13 @@ struct Changes {
 };
 Changes difference(const Document& before, const Document& after);
 
+class ProfileSolvers;
+
 struct ApplyContext {
   Limits limits;
+  /// What a gesture keeps from one evaluation of modify_profile to the next; null: nothing. No result depends
+  /// on it.
+  std::shared_ptr<ProfileSolvers> profile_solvers;
   /// How loops over many points run; no result depends on it.
   geometry::ParallelFor parallel = geometry::run_in_turn;
 };

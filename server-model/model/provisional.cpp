@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server-model/model/operations/operations.h"
+#include "server-model/model/operations/profile_edit.h"
 #include "server-model/model/validate.h"
 
 namespace handloft::model {
@@ -19,6 +20,7 @@ Provisional::Provisional(Document base, v1::Operation operation, ApplyContext co
       applied_(std::move(applied)) {}
 
 Result<Provisional> Provisional::begin(Document base, v1::Operation operation, ApplyContext context) {
+  if (operation.has_modify_profile()) context.profile_solvers = std::make_shared<ProfileSolvers>();
   auto applied = apply(base, operation, context);
   if (!applied) return applied.error();
   return Provisional(std::move(base), std::move(operation), std::move(context), std::move(*applied));

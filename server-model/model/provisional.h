@@ -31,7 +31,8 @@ class Provisional {
   /// the disk and those that move; the first call makes the solvers, O(n log n). On refusal nothing changes.
   Status append_disk(std::span<const handloft::v1::DiskPose> poses, double range);
 
-  /// Replaces the operation by another one, evaluated on the same base. On refusal nothing changes.
+  /// Replaces the operation by another one, evaluated on the same base. On refusal nothing changes. Where
+  /// both are modify_profile, what was factored of the shapes is kept (profile_edit.h).
   Status update(handloft::v1::Operation operation);
 
   /// Evaluates anew on another base. On refusal (its entity is gone, its stroke number was taken) nothing

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -215,8 +216,7 @@ Result<StrokesByShape> divide(const Document& document, v1::ModifyProfile& effec
                               std::vector<std::string>& notes) {
   auto shapes = candidates_of(document, effective);
   if (!shapes) return shapes.error();
-  auto candidates = geometry_of(*shapes);
-  if (!candidates) return candidates.error();
+  std::optional<std::vector<geometry::ProfileCandidate>> candidates;  // Made when a curve needs them.
   StrokesByShape strokes;
   std::size_t total = 0;
   for (int i = 0; i < effective.curves_size(); ++i) {
@@ -237,6 +237,11 @@ Result<StrokesByShape> divide(const Document& document, v1::ModifyProfile& effec
         return make_error(ErrorCode::failed_precondition,
                           "no shape is fitted, expected one whose profile the curve draws",
                           "modify_profile.entities");
+      }
+      if (!candidates) {
+        auto made = geometry_of(*shapes);
+        if (!made) return made.error();
+        candidates = *std::move(made);
       }
       auto division = geometry::divide_stroke(*points, *candidates);
       if (!division) return division.error();
@@ -282,6 +287,8 @@ Result<Outcome> modify_profile(const Document& document, const v1::ModifyProfile
   edit.keep = request.keep_as_points() ? KeptCurves::as_points : KeptCurves::none;
   edit.time_ns = latest_time_ns(request);
   std::string names;
+  ProfileSolvers of_this_operation;
+  ProfileSolvers& solvers = context.profile_solvers ? *context.profile_solvers : of_this_operation;
   for (const std::string& id : strokes->order()) {
     edit.strokes = strokes->take(id);
     if (edit.strokes.empty()) continue;  // Drawn already, as the mirror image of its partner's.
@@ -293,8 +300,8 @@ Result<Outcome> modify_profile(const Document& document, const v1::ModifyProfile
         edit.strokes.push_back(std::move(curve));
       }
     }
-    if (auto status =
-            edit_profile(outcome.document, id, edit, "modify_profile.curves", context.limits, outcome.notes);
+    if (auto status = edit_profile(outcome.document, id, edit, "modify_profile.curves", context.limits,
+                                   solvers, outcome.notes);
         !status) {
       return status.error();
     }

@@ -205,19 +205,20 @@ Status mirror_within(DualShape& shape, const Limits& limits) {
   return {};
 }
 
-Result<Edited> edit_shape(const DualShape& original, const ProfileEdit& edit, const Limits& limits) {
+Result<Edited> edit_shape(const DualPtr& original, const ProfileEdit& edit, const Limits& limits,
+                          ProfileSolvers& solvers) {
+  const auto solver = solvers.of(original);
+  if (!solver) return solver.error();
+  const std::vector<WeightedPoint>& points = (*solver)->points;
   Edited result;
-  result.shape = original;
+  result.shape = (*solver)->shape;
   DualShape& shape = result.shape;
-  std::vector<WeightedPoint> points;
-  auto fitter = current_fitter(shape, points);
-  if (!fitter) return fitter.error();
   const std::shared_ptr<const FittedSurface> before = shape.fit;
   auto curves = geometry::prepare_strokes(to_local(edit.strokes, before->frame));
   if (!curves) return curves.error();
   auto temporary = temporary_points(shape, *curves);
   if (!temporary) return temporary.error();
-  auto surface = fitter->fit_with(*temporary);
+  auto surface = (*solver)->fitter.fit_with(*temporary);
   if (!surface) return surface.error();
   auto moved = follow(shape, points, *surface, limits);
   if (!moved) return moved.error();
@@ -342,9 +343,10 @@ Status take_in_kept(Document& document, std::string_view entity) {
   return {};
 }
 
-Status edit_with_partner(Document& document, const DualShape& shape, const ProfileEdit& edit,
-                         const Limits& limits, std::vector<std::string>& notes) {
-  auto edited = edit_shape(shape, edit, limits);
+Status edit_with_partner(Document& document, const DualPtr& original, const ProfileEdit& edit,
+                         const Limits& limits, ProfileSolvers& solvers, std::vector<std::string>& notes) {
+  const DualShape& shape = *original;
+  auto edited = edit_shape(original, edit, limits, solvers);
   if (!edited) return edited.error();
   note_fit(edited->shape, notes);
   put(document, edited->shape);
@@ -357,7 +359,7 @@ Status edit_with_partner(Document& document, const DualShape& shape, const Profi
       if (auto status = settle(*image); !status) return status;
       put(document, std::move(*image));
     } else {
-      auto own = edit_shape(*partner, mirrored(edit, shape.plane), limits);
+      auto own = edit_shape(partner, mirrored(edit, shape.plane), limits, solvers);
       if (!own) return own.error();
       if (auto status = follow_linked(edited->shape, own->shape, limits); !status) return status;
       if (auto status = refit_alone(own->shape); !status) return status;
@@ -385,11 +387,25 @@ Status edit_with_partner(Document& document, const DualShape& shape, const Profi
 
 }  // namespace
 
+Result<std::shared_ptr<const ProfileSolver>> ProfileSolvers::of(const DualPtr& shape) {
+  const auto found = kept_.find(shape->id);
+  if (found != kept_.end() && found->second.shape == shape) return found->second.solver;
+  DualShape ready = *shape;
+  std::vector<WeightedPoint> points;
+  auto fitter = current_fitter(ready, points);
+  if (!fitter) return fitter.error();
+  auto solver = std::make_shared<const ProfileSolver>(
+      ProfileSolver{std::move(ready), std::move(points), *std::move(fitter)});
+  kept_.insert_or_assign(shape->id, Kept{shape, solver});
+  return solver;
+}
+
 Status edit_profile(Document& document, std::string_view entity, const ProfileEdit& edit,
-                    std::string_view field, const Limits& limits, std::vector<std::string>& notes) {
+                    std::string_view field, const Limits& limits, ProfileSolvers& solvers,
+                    std::vector<std::string>& notes) {
   const DualPtr shape = document.find_dual(entity);
   if (!shape || !shape->fitted() || edit.strokes.empty()) return {};
-  auto status = edit_with_partner(document, *shape, edit, limits, notes);
+  auto status = edit_with_partner(document, shape, edit, limits, solvers, notes);
   if (status) return status;
   Error error = status.error();
   error.field = std::string(field);

@@ -58,6 +58,7 @@ void profile_operation(benchmark::State& state) {
 }
 BENCHMARK(profile_operation)->Apply(sizes);
 
+// profile_operation is its baseline: the same evaluation with nothing kept from the frame before.
 void profile_frame_of_a_gesture(benchmark::State& state) {
   handloft::model::Model model(shape(static_cast<int>(state.range(0)), static_cast<int>(state.range(1))));
   const v1::Operation operation = profile();
