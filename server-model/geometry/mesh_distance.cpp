@@ -76,6 +76,11 @@ OnTriangle closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, cons
 
 }  // namespace
 
+bool MeshDistance::has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double twice_area = (b - a).cross(c - a).norm();
+  return twice_area >= min_twice_area && std::isfinite(twice_area);
+}
+
 Result<MeshDistance> MeshDistance::create(std::span<const Vec3> positions,
                                           std::span<const std::uint32_t> indices) {
   constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max() / 4;  // Half-edges fit into 32 bits.
@@ -102,10 +107,7 @@ Result<MeshDistance> MeshDistance::create(std::span<const Vec3> positions,
                           fmt::format("indices[{}]", i + k));
       }
     }
-    const Vec3 ab = positions[corners[1]] - positions[corners[0]];
-    const Vec3 ac = positions[corners[2]] - positions[corners[0]];
-    const double twice_area = ab.cross(ac).norm();
-    if (!(twice_area >= min_twice_area) || !std::isfinite(twice_area)) continue;
+    if (!has_area(positions[corners[0]], positions[corners[1]], positions[corners[2]])) continue;
     mesh.triangles_.push_back(corners);
     mesh.original_.push_back(static_cast<std::uint32_t>(i / 3));
   }

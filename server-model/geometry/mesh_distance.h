@@ -36,6 +36,9 @@ class MeshDistance {
   /// out of range or not three a triangle, and no triangle with an area.
   static Result<MeshDistance> create(std::span<const Vec3> positions, std::span<const std::uint32_t> indices);
 
+  /// Whether a triangle counts. Of finite corners.
+  static bool has_area(const Vec3& a, const Vec3& b, const Vec3& c);
+
   /// Precondition: `point` is finite.
   NearestOnMesh nearest(const Vec3& point) const;
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server-model/model/canonical.h"
+#include "server-model/model/reference_distance.h"
 #include "server-model/session/export.h"
 #include "server-model/session/palette_export.h"
 #include "server-model/session/presence.h"
@@ -20,6 +21,12 @@ constexpr int max_frames_without_scene = 4;
 
 /// What a hand's presence says while it lies on the palette's "Export" (palette_commands.cpp).
 constexpr std::string_view export_words = "export";
+
+bool reads_files(const v1::Operation& operation) {
+  if (operation.has_import_reference()) return !operation.import_reference().has_resolved();
+  return operation.has_import_strokes() &&
+         (!operation.import_strokes().path().empty() || operation.import_strokes().resolved().empty());
+}
 
 }  // namespace
 
@@ -205,8 +212,7 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
         done(std::move(outcome));
       });
     });
-  } else if (operation.has_import_strokes() &&
-             (!operation.import_strokes().path().empty() || operation.import_strokes().resolved().empty())) {
+  } else if (reads_files(operation)) {
     in_pool(
         [this, apply, operation = std::move(operation), files = std::move(files), done = std::move(done)] {
           auto resolved = model::resolve_operation(operation, files, model_.limits());
@@ -230,7 +236,16 @@ void ModelActor::in_pool(std::function<void()> work) {
 }
 
 void ModelActor::ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done) {
-  post([this, query = std::move(query), done = std::move(done)] { done(model_.query(query)); });
+  post([this, query = std::move(query), done = std::move(done)] {
+    if (!query.has_distance()) {
+      done(model_.query(query));
+      return;
+    }
+    // Measures every point against a mesh, which may have to be prepared first: not while a hand waits.
+    in_pool([document = model_.document(), distance = query.distance(), done] {
+      done(model::distance_to_reference(distance, document));
+    });
+  });
 }
 
 bool ModelActor::idle() const {

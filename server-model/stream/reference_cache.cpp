@@ -130,6 +130,8 @@ void ReferenceCache::make(const std::shared_ptr<Entry>& entry) {
     entry->distances = std::move(distances);
   }
   ready_();
+  // Seen first, then prepared: some 0.3 s for 300,000 triangles that no question has to wait for.
+  if (!entry->surface) (void)entry->references.front()->distance();
 }
 
 void ReferenceCache::begin_round() {

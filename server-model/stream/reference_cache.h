@@ -1,7 +1,8 @@
 #pragma once
 // What viewers see of reference geometry (A28), made once and off the model thread: the packed meshes of the
-// references, and how far each vertex of a surface is from the nearest of them. Distances are measured from
-// the vertices as they are sent, so that what is shown belongs to what is seen.
+// references, which are then prepared for measuring before anybody asks, and how far each vertex of a surface
+// is from the nearest of them. Distances are measured from the vertices as they are sent, so that what is
+// shown belongs to what is seen.
 
 #include <cstddef>
 #include <cstdint>

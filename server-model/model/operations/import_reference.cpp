@@ -49,7 +49,7 @@ Result<std::shared_ptr<const ReferenceMesh>> read_mesh(const handloft::v1::Trian
     }
     mesh->triangles[i / 3][i % 3] = index;
   }
-  if (mesh->distance() == nullptr) {
+  if (!mesh->has_area()) {
     return make_error(ErrorCode::invalid_argument, "found no triangle with an area", field + ".indices");
   }
   return std::shared_ptr<const ReferenceMesh>(std::move(mesh));
