@@ -9,7 +9,9 @@
 #include <memory>
 #include <string_view>
 
+#include "server-model/model/cad_model.h"
 #include "server-model/model/reference_shape.h"
+#include "server-model/model/sculpt_shape.h"
 
 namespace handloft::model {
 
@@ -112,18 +114,117 @@ void write_shape(Writer& out, const DualShape& shape) {
   out.u8(static_cast<std::uint8_t>(shape.representation));
 }
 
+void write_mesh(Writer& out, const ReferenceMesh& mesh) {
+  out.u64(mesh.positions.size());
+  for (const auto& position : mesh.positions) {
+    for (const float coordinate : position) out.u32(std::bit_cast<std::uint32_t>(coordinate));
+  }
+  out.u64(mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t index : triangle) out.u32(index);
+  }
+}
+
 void write_reference(Writer& out, const ReferenceShape& reference) {
   out.text("reference");
   out.text(reference.id);
   out.text(reference.name);
-  out.u64(reference.mesh->positions.size());
-  for (const auto& position : reference.mesh->positions) {
-    for (const float coordinate : position) out.u32(std::bit_cast<std::uint32_t>(coordinate));
+  write_mesh(out, *reference.mesh);
+}
+
+void write_knots(Writer& out, const geometry::KnotVector& knots) {
+  out.u32(static_cast<std::uint32_t>(knots.degree()));
+  out.u8(knots.is_periodic() ? 1 : 0);
+  out.u64(knots.knots().size());
+  for (const double knot : knots.knots()) out.number(knot);
+}
+
+void write_weights(Writer& out, const std::vector<double>& weights) {
+  out.u64(weights.size());
+  for (const double weight : weights) out.number(weight);
+}
+
+void write_surface(Writer& out, const geometry::BSplineSurface& surface) {
+  write_knots(out, surface.u);
+  write_knots(out, surface.v);
+  for (const geometry::Vec3& point : surface.control) out.vector(point);
+  write_weights(out, surface.weights);
+}
+
+void write_icon(Writer& out, const SculptIcon& icon) {
+  out.text(icon.id);
+  out.u8(static_cast<std::uint8_t>(icon.shape));
+  out.u8(static_cast<std::uint8_t>(icon.role));
+  out.u8(static_cast<std::uint8_t>(icon.property));
+  out.u8(static_cast<std::uint8_t>(icon.state));
+  out.u8(icon.outside ? 1 : 0);
+  out.u64(icon.parameters.size());
+  for (const geometry::Vec2& parameter : icon.parameters) out.vector(parameter);
+  out.number(icon.stiffness);
+  out.u64(icon.sensors.size());
+  for (const std::string& sensor : icon.sensors) out.text(sensor);
+  out.u64(icon.reference ? icon.reference->size() : 0);
+  if (icon.reference) {
+    for (const geometry::Vec3& value : *icon.reference) out.vector(value);
   }
-  out.u64(reference.mesh->triangles.size());
-  for (const auto& triangle : reference.mesh->triangles) {
-    for (const std::uint32_t index : triangle) out.u32(index);
+  out.vector(icon.pivot);
+  out.vector(icon.translation);
+  out.vector(icon.rotation.coeffs());
+  out.u64(icon.bends.size());
+  for (const IconBend& bend : icon.bends) {
+    out.number(bend.held_at);
+    out.number(bend.reach_m);
+    out.vector(bend.translation);
   }
+  out.vector(icon.place);
+}
+
+void write_sculpt(Writer& out, const SculptShape& shape) {
+  out.text("sculpt_surface");
+  out.text(shape.id);
+  out.text(shape.name);
+  write_surface(out, *shape.initial);
+  write_surface(out, *shape.rest);
+  write_surface(out, *shape.surface);
+  out.u64(shape.icons->size());
+  for (const SculptIcon& icon : *shape.icons) write_icon(out, icon);
+  for (const double value : {shape.energy.a11, shape.energy.a12, shape.energy.a22, shape.energy.b11,
+                             shape.energy.b12, shape.energy.b22}) {
+    out.number(value);
+  }
+  for (const geometry::Support support :
+       {shape.supports.u_lower, shape.supports.u_upper, shape.supports.v_lower, shape.supports.v_upper}) {
+    out.u8(static_cast<std::uint8_t>(support));
+  }
+  out.u8(shape.absolute ? 1 : 0);
+  out.u8(shape.least_squares ? 1 : 0);
+  out.u64(shape.trim ? shape.trim->size() : 0);
+  if (shape.trim) {
+    for (const std::vector<TrimSpline>& loop : *shape.trim) {
+      out.u64(loop.size());
+      for (const TrimSpline& spline : loop) {
+        write_knots(out, spline.knots);
+        for (const geometry::Vec2& point : spline.control) out.vector(point);
+        write_weights(out, spline.weights);
+      }
+    }
+  }
+  out.text(shape.model);
+  out.u32(shape.face);
+  out.u8(shape.reversed ? 1 : 0);
+}
+
+void write_model(Writer& out, const CadModel& model) {
+  out.text("cad_model");
+  out.text(model.id);
+  out.text(model.name);
+  out.text(*model.boundary_representation);
+  out.number(model.metres_per_unit);
+  out.vector(model.translation);
+  out.u8(model.rest ? 1 : 0);
+  if (model.rest) write_mesh(out, *model.rest);
+  out.u64(model.faces.size());
+  for (const std::string& face : model.faces) out.text(face);
 }
 
 void write_entity(Writer& out, const EntityPtr& entity) {
@@ -131,6 +232,10 @@ void write_entity(Writer& out, const EntityPtr& entity) {
     write_shape(out, *shape);
   } else if (const ReferencePtr reference = as_reference(entity)) {
     write_reference(out, *reference);
+  } else if (const SculptPtr surface = as_sculpt(entity)) {
+    write_sculpt(out, *surface);
+  } else if (const CadModelPtr model = as_cad_model(entity)) {
+    write_model(out, *model);
   }
 }
 

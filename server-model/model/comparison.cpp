@@ -9,6 +9,7 @@
 
 #include "server-model/model/operations/operations.h"
 #include "server-model/model/reference_shape.h"
+#include "server-model/model/sculpt_shape.h"
 
 namespace handloft::model {
 
@@ -85,6 +86,26 @@ void describe_shapes(const DualShape& present, const DualShape& other, std::vect
   if (present.representation != other.representation) words.emplace_back("shown otherwise");
 }
 
+void describe_surfaces(const SculptShape& present, const SculptShape& other, std::vector<std::string>& words,
+                       v1::EntityDifference& out) {
+  if (present.surface != other.surface) {
+    const std::vector<geometry::Vec3>&a = present.surface->control, &b = other.surface->control;
+    if (a.size() != b.size()) {
+      words.emplace_back("refined otherwise");
+    } else {
+      double most = 0;
+      for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, (a[i] - b[i]).norm());
+      if (most > 0) words.emplace_back("sculpted otherwise");
+      out.set_max_point_distance_m(most);
+    }
+  }
+  if (present.icons != other.icons) words.emplace_back("other icons");
+  if (present.energy != other.energy || present.supports != other.supports ||
+      present.absolute != other.absolute || present.least_squares != other.least_squares) {
+    words.emplace_back("yields otherwise");
+  }
+}
+
 void describe(const EntityPtr& present, const EntityPtr& other, v1::EntityDifference& out) {
   std::vector<std::string> words;
   if (present->name != other->name) words.push_back(fmt::format("renamed from \"{}\"", other->name));
@@ -96,6 +117,9 @@ void describe(const EntityPtr& present, const EntityPtr& other, v1::EntityDiffer
   if (reference && former_reference && reference->mesh != former_reference->mesh) {
     words.emplace_back("another mesh");
   }
+  const SculptPtr surface = as_sculpt(present);
+  const SculptPtr former_surface = as_sculpt(other);
+  if (surface && former_surface) describe_surfaces(*surface, *former_surface, words, out);
   if (words.empty()) words.emplace_back("changed");
   out.set_words(fmt::format("{}", fmt::join(words, ", ")));
 }

@@ -95,6 +95,26 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
       return restore_alternative(document, operation.restore_alternative(), context);
     case v1::Operation::kDeleteAlternative:
       return delete_alternative(document, operation.delete_alternative(), context);
+    case v1::Operation::kCreateSculptSurface:
+      return create_sculpt_surface(document, operation.create_sculpt_surface(), context);
+    case v1::Operation::kSetSculpting:
+      return set_sculpting(document, operation.set_sculpting(), context);
+    case v1::Operation::kAddIcon:
+      return add_icon(document, operation.add_icon(), context);
+    case v1::Operation::kChangeIcon:
+      return change_icon(document, operation.change_icon(), context);
+    case v1::Operation::kDragIcon:
+      return drag_icon(document, operation.drag_icon(), context);
+    case v1::Operation::kDeleteIcon:
+      return delete_icon(document, operation.delete_icon(), context);
+    case v1::Operation::kCommitSculpting:
+      return commit_sculpting(document, operation.commit_sculpting(), context);
+    case v1::Operation::kRecoverSculpting:
+      return recover_sculpting(document, operation.recover_sculpting(), context);
+    case v1::Operation::kRefineSurface:
+      return refine_surface(document, operation.refine_surface(), context);
+    case v1::Operation::kImportModel:
+      return import_model(document, operation.import_model(), context);
     case v1::Operation::kUndo:
     case v1::Operation::kRedo:
       return not_for_a_document("undo and redo belong to a model's history");

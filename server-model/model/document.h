@@ -66,6 +66,8 @@ Changes difference(const Document& before, const Document& after);
 
 class ProfileSolvers;
 
+class SculptSolvers;
+
 struct ApplyContext {
   Limits limits;
   /// What a gesture keeps from one evaluation of modify_profile to the next; null: nothing. No result depends
@@ -73,6 +75,8 @@ struct ApplyContext {
   std::shared_ptr<ProfileSolvers> profile_solvers;
   /// How loops over many points run; no result depends on it.
   geometry::ParallelFor parallel = geometry::run_in_turn;
+  /// Kept between operations, so that a drag never factorises; no result depends on it. Null: made each time.
+  std::shared_ptr<SculptSolvers> sculpt_solvers;
 };
 
 struct ApplyResult {

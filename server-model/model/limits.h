@@ -31,6 +31,7 @@ struct Limits {
   std::size_t max_control_points = 1'050'000;  ///< Of one sculpted surface (D21's largest: a million).
   std::size_t max_icons = 256;                 ///< Of one sculpted surface.
   std::size_t max_icon_corners = 2'000;        ///< Of a curve icon, as drawn.
+  std::size_t max_icon_bends = 256;            ///< Of one curve icon, until it is committed.
   std::size_t max_icon_sensors = 16;           ///< Of one icon.
   std::size_t max_constraint_rows = 3'000;     ///< Of all of a surface's icons: a dense system of that size.
   std::size_t max_model_bytes = 256U << 20;    ///< Of an imported CAD model.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "server-model/model/sculpt_solvers.h"
 #include "server-model/model/query.h"
 
 namespace handloft::model {
@@ -22,6 +23,7 @@ Error no_such_gesture(ProvisionalId id) {
 
 Model::Model(Document initial, ApplyContext context)
     : context_(std::move(context)), history_(std::move(initial), context_.limits.max_history_steps) {
+  if (!context_.sculpt_solvers) context_.sculpt_solvers = std::make_shared<SculptSolvers>();
   Changes all;
   for (const auto& [id, entity] : history_.current().entities) all.created.push_back(id);
   touch(all);

@@ -8,6 +8,8 @@
 #include "server-model/model/canonical.h"
 #include "server-model/model/comparison.h"
 #include "server-model/model/reference_distance.h"
+#include "server-model/model/sculpt_place.h"
+#include "server-model/model/sculpt_query.h"
 #include "server-model/model/validate.h"
 
 namespace handloft::model {
@@ -80,6 +82,9 @@ Result<v1::QueryResult> surface(const v1::SurfaceQuery& query, const Document& d
 
 Result<v1::QueryResult> evaluate(const v1::EvaluateQuery& query, const Document& document,
                                  const Limits& limits) {
+  if (const SculptPtr surface = as_sculpt(document.find(query.entity()))) {
+    return evaluate_sculpt(query, *surface, limits);
+  }
   auto found = require_dual(document, query.entity(), "evaluate.entity");
   if (!found) return found.error();
   const DualShape& shape = **found;
@@ -131,6 +136,16 @@ Result<v1::QueryResult> pick(const v1::PickQuery& query, const Document& documen
   v1::QueryResult result;
   v1::PickResult& out = *result.mutable_pick();
   for (const auto& [id, entity] : document.entities) {
+    if (const SculptPtr surface = as_sculpt(entity)) {
+      auto hit = pick_sculpt(*surface, origin, direction);
+      if (!hit) return hit.error();
+      if (!*hit || (!out.entity().empty() && (*hit)->distance_m >= out.distance_m())) continue;
+      out.set_entity(id);
+      write((*hit)->place, *out.mutable_position());
+      write(surface->surface->normal((*hit)->uv.x(), (*hit)->uv.y()), *out.mutable_normal());
+      out.set_distance_m((*hit)->distance_m);
+      continue;
+    }
     const DualPtr shape = as_dual(entity);
     if (!shape || !shape->fit || shape->representation == Representation::points) continue;
     const auto trim = shape->trim();
@@ -235,6 +250,8 @@ Result<v1::QueryResult> answer(const v1::Query& query, const Document& document,
       return compare(query.compare(), document);
     case v1::Query::kDistance:
       return distance_to_reference(query.distance(), document);
+    case v1::Query::kSculpt:
+      return sculpt(query.sculpt(), document);
     case v1::Query::kPick:
       return pick(query.pick(), document, limits);
     case v1::Query::BODY_NOT_SET:

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/operation.pb.h"
 #include "server-model/geometry/bspline_surface.h"
 #include "server-model/geometry/sculpt_energy.h"
 #include "server-model/geometry/types.h"
@@ -106,5 +107,13 @@ std::string_view to_string(IconShape shape);        ///< "point", "curve", "regi
 std::string_view to_string(IconRole role);          ///< "constraint", "load"
 std::string_view to_string(IconProperty property);  ///< "position", "tangent_u", ..., "normal"
 std::string_view to_string(IconState state);        ///< "driving", "passive", "sleeping"
+
+/// As the paper labels derivatives: "R", "V", "R2", "V2", "RV"; else empty.
+std::string_view icon_label(const SculptIcon& icon);
+
+handloft::v1::IconShape to_proto(IconShape shape);
+handloft::v1::IconRole to_proto(IconRole role);
+handloft::v1::IconProperty to_proto(IconProperty property);
+handloft::v1::IconState to_proto(IconState state);
 
 }  // namespace handloft::model

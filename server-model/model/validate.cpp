@@ -84,6 +84,20 @@ Status check_coordinate(double value, const std::string& field, const Limits& li
   return {};
 }
 
+Result<Eigen::Quaterniond> read_rotation(const handloft::v1::Quaternion& rotation, bool present,
+                                         const std::string& field) {
+  if (!present) return Eigen::Quaterniond::Identity();
+  const Eigen::Vector4d numbers(rotation.w(), rotation.x(), rotation.y(), rotation.z());
+  if (!numbers.allFinite() || !(numbers.stableNorm() > 0)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found ({}, {}, {}, {}), expected a finite quaternion that is not 0",
+                                  rotation.w(), rotation.x(), rotation.y(), rotation.z()),
+                      field);
+  }
+  const Eigen::Vector4d unit = numbers.stableNormalized();
+  return Eigen::Quaterniond(unit[0], unit[1], unit[2], unit[3]);
+}
+
 Status check_degree(std::uint32_t degree, std::string_view field, const Limits& limits) {
   if (degree > limits.max_degree) {
     return make_error(ErrorCode::invalid_argument,

@@ -1,6 +1,7 @@
 #pragma once
 // Checks that several operations share: ids, names, numbers, points and planes as they come over the wire.
 
+#include <Eigen/Geometry>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,9 @@ Status check_coordinate(double value, const std::string& field, const Limits& li
 /// Three of them; absent is 0.
 Result<geometry::Vec3> read_vector(const handloft::v1::Vec3& vector, const std::string& field,
                                    const Limits& limits);
+/// Normalised; not `present`: none. invalid_argument for numbers that are not finite, or all 0.
+Result<Eigen::Quaterniond> read_rotation(const handloft::v1::Quaternion& rotation, bool present,
+                                         const std::string& field);
 /// 0..max_degree; 0 stands for "as it is".
 Status check_degree(std::uint32_t degree, std::string_view field, const Limits& limits);
 

@@ -58,6 +58,13 @@ std::optional<std::uint64_t> shape_number(std::string_view id) {
 
 }  // namespace
 
+std::string free_id(const Document& document, std::string_view prefix) {
+  for (std::uint64_t n = 1;; ++n) {
+    std::string id = fmt::format("{}-{}", prefix, n);
+    if (!document.used_ids->contains(id)) return id;
+  }
+}
+
 std::string free_shape_id(const Document& document) {
   // used_ids is bounded, so this ends.
   for (std::uint64_t n = document.next_shape;; ++n) {

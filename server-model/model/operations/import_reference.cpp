@@ -8,11 +8,8 @@
 
 namespace handloft::model {
 
-namespace {
-
 Result<std::shared_ptr<const ReferenceMesh>> read_mesh(const handloft::v1::TriangleMesh& from,
-                                                       const Limits& limits) {
-  const std::string field = "import_reference.resolved";
+                                                       const std::string& field, const Limits& limits) {
   const auto vertices = static_cast<std::size_t>(from.positions_size()) / 3;
   const auto triangles = static_cast<std::size_t>(from.indices_size()) / 3;
   if (from.positions_size() % 3 != 0 || from.indices_size() % 3 != 0 || triangles == 0) {
@@ -55,15 +52,6 @@ Result<std::shared_ptr<const ReferenceMesh>> read_mesh(const handloft::v1::Trian
   return std::shared_ptr<const ReferenceMesh>(std::move(mesh));
 }
 
-std::string next_free_id(const Document& document) {
-  for (std::uint64_t n = 1;; ++n) {
-    std::string id = fmt::format("reference-{}", n);
-    if (!document.used_ids->contains(id)) return id;
-  }
-}
-
-}  // namespace
-
 Result<Outcome> import_reference(const Document& document, const handloft::v1::ImportReference& request,
                                  const ApplyContext& context) {
   if (!request.has_resolved()) {
@@ -75,12 +63,12 @@ Result<Outcome> import_reference(const Document& document, const handloft::v1::I
                       "found a path or a placement beside a mesh, which stands in the world already",
                       "import_reference.resolved");
   }
-  const std::string id = request.id().empty() ? next_free_id(document) : request.id();
+  const std::string id = request.id().empty() ? free_id(document, "reference") : request.id();
   if (auto status = check_id(id, "import_reference.id", context.limits); !status) return status.error();
   if (auto status = check_name(request.name(), "import_reference.name", context.limits); !status) {
     return status.error();
   }
-  auto mesh = read_mesh(request.resolved(), context.limits);
+  auto mesh = read_mesh(request.resolved(), "import_reference.resolved", context.limits);
   if (!mesh) return mesh.error();
   auto reference = std::make_shared<ReferenceShape>();
   reference->id = id;

@@ -10,6 +10,7 @@
 #include "common/base/result.h"
 #include "proto/operation.pb.h"
 #include "server-model/model/document.h"
+#include "server-model/model/reference_shape.h"
 
 namespace handloft::model {
 
@@ -77,6 +78,13 @@ void show(Document& document, std::string_view entity, Representation representa
 /// Puts a changed shape in the place of the former one of its id.
 void put(Document& document, DualShape shape);
 
+/// A mesh as messages hold it. Errors, below `field`: invalid_argument (counts, indices, numbers, no triangle
+/// with an area), resource_exhausted.
+Result<std::shared_ptr<const ReferenceMesh>> read_mesh(const handloft::v1::TriangleMesh& mesh,
+                                                       const std::string& field, const Limits& limits);
+
+/// The next free "<prefix>-N" of the document.
+std::string free_id(const Document& document, std::string_view prefix);
 /// The next free "shape-N" of the document.
 std::string free_shape_id(const Document& document);
 /// Counts on from an id of the form "shape-N": by the id alone, so that the log, which holds the id that was

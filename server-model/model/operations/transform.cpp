@@ -9,6 +9,7 @@
 #include "server-model/geometry/symmetry.h"
 #include "server-model/model/operations/fitting.h"
 #include "server-model/model/operations/operations.h"
+#include "server-model/model/operations/sculpting.h"
 #include "server-model/model/trim_curve.h"
 #include "server-model/model/validate.h"
 
@@ -116,25 +117,14 @@ namespace {
 // 1000 at a time is more than any hand means, and keeps all numbers far from the ends of double.
 constexpr double max_scale = 1000;
 
-Result<Eigen::Quaterniond> read_rotation(const handloft::v1::TransformEntities& request) {
-  if (!request.has_rotation()) return Eigen::Quaterniond::Identity();
-  const auto& q = request.rotation();
-  const Eigen::Vector4d numbers(q.w(), q.x(), q.y(), q.z());
-  if (!numbers.allFinite() || !(numbers.stableNorm() > 0)) {
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found ({}, {}, {}, {}), expected a finite quaternion that is not 0", q.w(),
-                                  q.x(), q.y(), q.z()),
-                      "transform.rotation");
-  }
-  const Eigen::Vector4d unit = numbers.stableNormalized();
-  return Eigen::Quaterniond(unit[0], unit[1], unit[2], unit[3]);
-}
-
-/// The centre of the box about all points of the shapes; of shapes without points, the origin.
-geometry::Vec3 centre_of(const std::vector<DualPtr>& shapes) {
+/// The centre of the box about all points and control points; of shapes without any, the origin.
+geometry::Vec3 centre_of(const std::vector<DualPtr>& shapes, const std::vector<SculptPtr>& surfaces) {
   Eigen::AlignedBox3d box;
   for (const DualPtr& shape : shapes) {
     for (const DualPoint& point : shape->points) box.extend(point.position());
+  }
+  for (const SculptPtr& surface : surfaces) {
+    for (const geometry::Vec3& point : surface->surface->control) box.extend(point);
   }
   return box.isEmpty() ? geometry::Vec3(geometry::Vec3::Zero()) : geometry::Vec3(box.center());
 }
@@ -147,19 +137,29 @@ Result<Outcome> transform_entities(const Document& document, const handloft::v1:
     return make_error(ErrorCode::invalid_argument, "found none, expected at least one", "transform.entities");
   }
   std::vector<DualPtr> shapes;
+  std::vector<SculptPtr> surfaces;
   std::set<std::string, std::less<>> named;
   for (const std::string& id : request.entities()) {
-    const std::string field = fmt::format("transform.entities[{}]", shapes.size());
-    auto found = require_dual(document, id, field);
+    const std::string field = fmt::format("transform.entities[{}]", named.size());
+    auto found = require_entity(document, id, field);
     if (!found) return found.error();
+    DualPtr shape = as_dual(*found);
+    SculptPtr surface = as_sculpt(*found);
+    if (!shape && !surface) {
+      return make_error(ErrorCode::invalid_argument,
+                        fmt::format("found \"{}\", a {}, expected a dual_shape or sculpt_surface", id,
+                                    to_string((*found)->kind())),
+                        field);
+    }
     if (!named.insert(id).second) {
       return make_error(ErrorCode::invalid_argument, fmt::format("found \"{}\" twice", id), field);
     }
-    shapes.push_back(*found);
+    if (shape) shapes.push_back(std::move(shape));
+    if (surface) surfaces.push_back(std::move(surface));
   }
   auto translation = read_vector(request.translation(), "transform.translation", context.limits);
   if (!translation) return translation.error();
-  auto rotation = read_rotation(request);
+  auto rotation = read_rotation(request.rotation(), request.has_rotation(), "transform.rotation");
   if (!rotation) return rotation.error();
   const double scale = request.scale() == 0 ? 1.0 : request.scale();
   if (!(scale >= 1 / max_scale && scale <= max_scale)) {
@@ -169,7 +169,7 @@ Result<Outcome> transform_entities(const Document& document, const handloft::v1:
   }
   auto pivot = read_vector(request.pivot(), "transform.pivot", context.limits);
   if (!pivot) return pivot.error();
-  if (!request.has_pivot()) pivot = centre_of(shapes);
+  if (!request.has_pivot()) pivot = centre_of(shapes, surfaces);
 
   Outcome outcome;
   outcome.document = document;
@@ -179,8 +179,9 @@ Result<Outcome> transform_entities(const Document& document, const handloft::v1:
   effective.mutable_pivot()->set_x(pivot->x());
   effective.mutable_pivot()->set_y(pivot->y());
   effective.mutable_pivot()->set_z(pivot->z());
-  outcome.words = shapes.size() == 1 ? fmt::format("Transform \"{}\"", shapes.front()->name)
-                                     : fmt::format("Transform {} shapes", shapes.size());
+  outcome.words = named.size() == 1
+                      ? fmt::format("Transform \"{}\"", document.find(request.entities(0))->name)
+                      : fmt::format("Transform {} shapes", named.size());
   Similarity similarity{scale, *rotation, geometry::Vec3::Zero()};
   if (scale == 1 && !is_turned(similarity)) {
     if (translation->isZero(0)) return outcome;
@@ -201,6 +202,11 @@ Result<Outcome> transform_entities(const Document& document, const handloft::v1:
       put(outcome.document, std::move(*image));
     }
     put(outcome.document, std::move(*shape));
+  }
+  for (const SculptPtr& before : surfaces) {
+    auto surface = moved(*before, similarity, "transform", context.limits);
+    if (!surface) return surface.error();
+    put(outcome.document, std::move(*surface));
   }
   return outcome;
 }

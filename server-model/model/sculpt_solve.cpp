@@ -1,0 +1,514 @@
+#include "server-model/model/sculpt_solve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <regex>
+#include <utility>
+
+#include "server-model/geometry/falloff.h"
+#include "server-model/geometry/sculpt_rows.h"
+#include "server-model/geometry/sculpt_spring.h"
+#include "server-model/geometry/sculpt_system.h"
+#include "server-model/model/sculpt_solvers.h"
+
+namespace handloft::model {
+
+using geometry::BSplineSurface;
+using geometry::CurvePlace;
+using geometry::SculptLoad;
+using geometry::SculptRow;
+using geometry::SurfaceFunctional;
+using geometry::UvRectangle;
+using geometry::Vec2;
+using geometry::Vec3;
+
+namespace {
+
+/// D9: a curve that the surface has not enough control points for may be off by this part of its diagonal.
+constexpr double curve_tolerance = 1e-4;
+
+geometry::PointAspect aspect_of(IconProperty property) {
+  switch (property) {
+    case IconProperty::tangent_u:
+      return geometry::PointAspect::tangent_u;
+    case IconProperty::tangent_v:
+      return geometry::PointAspect::tangent_v;
+    case IconProperty::second_u:
+      return geometry::PointAspect::second_u;
+    case IconProperty::second_v:
+      return geometry::PointAspect::second_v;
+    case IconProperty::twist:
+      return geometry::PointAspect::twist;
+    case IconProperty::position:
+    case IconProperty::normal:
+      break;
+  }
+  return geometry::PointAspect::position;
+}
+
+/// Orders of the derivative that an icon is about.
+std::array<int, 2> orders(IconProperty property) {
+  switch (property) {
+    case IconProperty::tangent_u:
+      return {1, 0};
+    case IconProperty::tangent_v:
+      return {0, 1};
+    case IconProperty::second_u:
+      return {2, 0};
+    case IconProperty::second_v:
+      return {0, 2};
+    case IconProperty::twist:
+      return {1, 1};
+    case IconProperty::position:
+    case IconProperty::normal:
+      break;
+  }
+  return {0, 0};
+}
+
+Vec3 value_of(const SurfaceFunctional& functional, const BSplineSurface& surface) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = 0; k < functional.point.size(); ++k) {
+    sum += functional.value[k] * surface.control[functional.point[k]];
+  }
+  return sum;
+}
+
+UvRectangle rectangle(const SculptIcon& icon) {
+  return {icon.parameters[0], icon.parameters[1]};
+}
+
+/// Where an icon is shown: its parameters, or the middle of them.
+Vec2 middle(const SculptIcon& icon) {
+  switch (icon.shape) {
+    case IconShape::point:
+      return icon.parameters.front();
+    case IconShape::region:
+      return (icon.parameters[0] + icon.parameters[1]) / 2;
+    case IconShape::curve:
+      break;
+  }
+  double length = 0;
+  for (std::size_t i = 1; i < icon.parameters.size(); ++i) {
+    length += (icon.parameters[i] - icon.parameters[i - 1]).norm();
+  }
+  double left = length / 2;
+  for (std::size_t i = 1; i < icon.parameters.size(); ++i) {
+    const Vec2 step = icon.parameters[i] - icon.parameters[i - 1];
+    if (left <= step.norm() && step.norm() > 0) return icon.parameters[i - 1] + left / step.norm() * step;
+    left -= step.norm();
+  }
+  return icon.parameters.back();
+}
+
+bool has_moved(const SculptIcon& icon) {
+  return !icon.translation.isZero(0) || icon.rotation.vec() != Vec3::Zero() || !icon.bends.empty();
+}
+
+Vec3 moved(const SculptIcon& icon, const Vec3& place) {
+  if (icon.rotation.vec() == Vec3::Zero()) return place + icon.translation;
+  return icon.pivot + icon.rotation * (place - icon.pivot) + icon.translation;
+}
+
+Eigen::Isometry3d motion_of(const SculptIcon& icon) {
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  motion.linear() = icon.rotation.toRotationMatrix();
+  motion.translation() = icon.pivot - icon.rotation * icon.pivot + icon.translation;
+  return motion;
+}
+
+/// Where the places of a curve icon are to be: moved, then bent.
+std::vector<Vec3> curve_targets(const SculptIcon& icon, const std::vector<Vec3>& reference) {
+  std::vector<Vec3> targets;
+  targets.reserve(reference.size());
+  for (const Vec3& place : reference) targets.push_back(moved(icon, place));
+  if (icon.bends.empty()) return targets;
+  std::vector<double> along(reference.size(), 0.0);
+  for (std::size_t i = 1; i < reference.size(); ++i) {
+    along[i] = along[i - 1] + (reference[i] - reference[i - 1]).norm();
+  }
+  const double length = along.back();
+  const bool closed = icon.parameters.front() == icon.parameters.back();
+  for (const IconBend& bend : icon.bends) {
+    for (std::size_t i = 0; i < reference.size(); ++i) {
+      double distance = std::abs(along[i] - bend.held_at * length);
+      if (closed) distance = std::min(distance, length - distance);
+      targets[i] += geometry::falloff(distance / bend.reach_m) * bend.translation;
+    }
+  }
+  return targets;
+}
+
+/// Rows and loads of all icons, and whose each row is.
+struct Demands {
+  std::vector<SculptRow> rows;
+  std::vector<std::size_t> owner;  ///< Of each row: index of the icon.
+  std::vector<SculptLoad> loads;
+  std::vector<std::uint32_t> held;
+};
+
+Status add_constraint(const SculptIcon& icon, std::size_t index, const BSplineSurface& rest,
+                      double diagonal_m, Demands& demands) {
+  const std::vector<Vec3>& reference = *icon.reference;
+  const auto take = [&](auto rows) -> Status {
+    if (!rows) return rows.error();
+    for (SculptRow& row : *rows) {
+      demands.rows.push_back(std::move(row));
+      demands.owner.push_back(index);
+    }
+    return {};
+  };
+  switch (icon.shape) {
+    case IconShape::point: {
+      const Vec2& uv = icon.parameters.front();
+      if (icon.property == IconProperty::normal) {
+        return take(geometry::normal_rows(rest, uv, icon.rotation * reference.front()));
+      }
+      Vec3 target = moved(icon, reference.front());
+      if (icon.property != IconProperty::position) {
+        const auto [a, b] = orders(icon.property);
+        target = icon.rotation * reference.front() + icon.translation / std::pow(icon_arrow_m, a + b);
+      }
+      auto row = geometry::point_row(rest, uv, aspect_of(icon.property), target);
+      if (!row) return row.error();
+      demands.rows.push_back(std::move(*row));
+      demands.owner.push_back(index);
+      return {};
+    }
+    case IconShape::curve: {
+      auto places = geometry::collocation_places(rest, icon.parameters);
+      if (!places) return places.error();
+      double tolerance_m = curve_tolerance * diagonal_m;
+      // A bend is met as nearly as the control points allow.
+      for (const IconBend& bend : icon.bends) tolerance_m += bend.translation.norm();
+      return take(geometry::curve_rows(rest, *places, curve_targets(icon, reference), tolerance_m));
+    }
+    case IconShape::region: {
+      std::vector<Vec3> targets;
+      targets.reserve(reference.size());
+      for (const Vec3& point : reference) targets.push_back(moved(icon, point));
+      return take(geometry::region_rows(rest, rectangle(icon), targets));
+    }
+  }
+  return {};
+}
+
+/// The stiffness with which loads of unit force, or moment, move what they act on as far as they are meant to
+/// (D16). 0: where constraints let nothing move.
+Result<double> stiffness_for(const SculptIcon& icon, const Demands& demands, std::span<const SculptLoad> unit,
+                             geometry::SculptSystem& system) {
+  if (icon.stiffness > 0) return icon.stiffness;
+  auto compliance = system.compliance(demands.rows, unit);
+  if (!compliance) return compliance.error();
+  auto stiffness = geometry::matching_stiffness(*compliance);
+  return stiffness ? *stiffness : 0.0;
+}
+
+Status add_bent_load(const SculptIcon& icon, const BSplineSurface& rest, std::span<const CurvePlace> places,
+                     double stiffness, std::vector<SculptLoad>& loads) {
+  double whole = 0;
+  for (const CurvePlace& place : places) whole += place.weight_m;
+  std::vector<SurfaceFunctional> functionals;
+  std::vector<Vec3> reference;
+  for (const CurvePlace& place : places) {
+    auto functional = geometry::surface_functional(rest, place.uv.x(), place.uv.y(), 0, 0);
+    if (!functional) return functional.error();
+    reference.push_back(value_of(*functional, rest));
+    functionals.push_back(std::move(*functional));
+  }
+  const std::vector<Vec3> targets = curve_targets(icon, reference);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double share = places[i].weight_m / whole;
+    loads.push_back({std::move(functionals[i]), stiffness * share * (targets[i] - reference[i])});
+  }
+  return {};
+}
+
+Status add_load(const SculptIcon& icon, const BSplineSurface& rest, const Demands& demands,
+                geometry::SculptSystem& system, std::vector<SculptLoad>& loads) {
+  if (!has_moved(icon)) return {};
+  if (icon.shape == IconShape::point) {
+    const Vec2& uv = icon.parameters.front();
+    if (!icon.translation.isZero(0)) {
+      auto unit = geometry::point_load(rest, uv, icon.translation.stableNormalized());
+      if (!unit) return unit.error();
+      auto stiffness = stiffness_for(icon, demands, std::span(&*unit, 1), system);
+      if (!stiffness) return stiffness.error();
+      loads.push_back({unit->functional, *stiffness * icon.translation});
+    }
+    if (icon.rotation.vec() != Vec3::Zero()) {
+      const Eigen::AngleAxisd turn(icon.rotation);
+      auto unit = geometry::moment_loads(rest, uv, turn.axis());
+      if (!unit) return unit.error();
+      SculptIcon torsion = icon;
+      torsion.stiffness = 0;  // N/m is not of turning.
+      auto stiffness = stiffness_for(torsion, demands, *unit, system);
+      if (!stiffness) return stiffness.error();
+      for (SculptLoad& load : *unit) {
+        load.force *= *stiffness * turn.angle();
+        loads.push_back(std::move(load));
+      }
+    }
+    return {};
+  }
+  auto places = icon.shape == IconShape::curve ? geometry::line_quadrature(rest, icon.parameters)
+                                               : geometry::area_quadrature(rest, rectangle(icon));
+  if (!places) return places.error();
+  // Measured by a push along the motion of the middle; turning about it alone, along z.
+  Eigen::Isometry3d push = Eigen::Isometry3d::Identity();
+  Vec3 along = icon.translation;
+  for (const IconBend& bend : icon.bends) along += bend.translation;
+  push.translation() = along.isZero(0) ? Vec3(Vec3::UnitZ()) : along.stableNormalized();
+  auto unit = geometry::motion_loads(rest, *places, push, 1);
+  if (!unit) return unit.error();
+  auto stiffness = stiffness_for(icon, demands, *unit, system);
+  if (!stiffness) return stiffness.error();
+  if (!icon.bends.empty()) return add_bent_load(icon, rest, *places, *stiffness, loads);
+  auto moved_loads = geometry::motion_loads(rest, *places, motion_of(icon), *stiffness);
+  if (!moved_loads) return moved_loads.error();
+  for (SculptLoad& load : *moved_loads) loads.push_back(std::move(load));
+  return {};
+}
+
+double diagonal(const BSplineSurface& surface) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& point : surface.control) box.extend(point);
+  return box.diagonal().norm();
+}
+
+/// The solver speaks of rows; people know icons.
+Error in_icons(Error error, const Demands& demands, const SculptShape& shape, std::string_view field) {
+  const std::regex row(R"(rows\[(\d+)\])");
+  const auto icon_of = [&](const std::string& number) -> std::string {
+    const std::size_t at = std::stoul(number);
+    return at < demands.owner.size() ? (*shape.icons)[demands.owner[at]].id : "?";
+  };
+  std::string words;
+  auto rest = error.message.cbegin();
+  std::string last;
+  for (std::smatch found; std::regex_search(rest, error.message.cend(), found, row); rest = found[0].second) {
+    words.append(rest, found[0].first);
+    words += fmt::format("icon \"{}\"", icon_of(found[1]));
+  }
+  words.append(rest, error.message.cend());
+  if (std::smatch found; std::regex_search(error.field, found, row)) {
+    words = fmt::format("icon \"{}\": {}", icon_of(found[1]), words);
+  } else if (!error.field.empty()) {
+    words = fmt::format("{}: {}", error.field, words);
+  }
+  error.message = std::move(words);
+  error.field = std::string(field);
+  return error;
+}
+
+void note_rows(const geometry::SculptSolution& solution, const Demands& demands, const SculptShape& shape,
+               std::vector<std::string>& notes) {
+  // An icon is worth a word when nothing of it is its own.
+  std::vector<std::size_t> rows(shape.icons->size(), 0), following(shape.icons->size(), 0);
+  for (const std::size_t owner : demands.owner) ++rows[owner];
+  for (const geometry::DependentRow& each : solution.dependent) {
+    const std::size_t owner = demands.owner[each.row];
+    const bool on_others = std::any_of(each.on.begin(), each.on.end(),
+                                       [&](std::size_t on) { return demands.owner[on] != owner; });
+    if (on_others || each.on.empty()) ++following[owner];
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i] > 0 && rows[i] == following[i]) {
+      notes.push_back(
+          fmt::format("icon \"{}\" adds nothing to what others and the sides hold", (*shape.icons)[i].id));
+    }
+  }
+  std::vector<double> off(shape.icons->size(), 0.0);
+  for (const geometry::SculptConflict& each : solution.conflicts) {
+    double& most = off[demands.owner[each.row]];
+    most = std::max(most, each.off);
+  }
+  for (std::size_t i = 0; i < off.size(); ++i) {
+    if (off[i] > 0) {
+      notes.push_back(
+          fmt::format("icon \"{}\" is met in the mean only, off by {:.3g}", (*shape.icons)[i].id, off[i]));
+    }
+  }
+}
+
+void update_places(SculptShape& shape) {
+  auto icons = std::make_shared<std::vector<SculptIcon>>(*shape.icons);
+  for (SculptIcon& icon : *icons) {
+    const Vec2 uv = middle(icon);
+    icon.place = shape.surface->evaluate(uv.x(), uv.y());
+  }
+  shape.icons = std::move(icons);
+}
+
+}  // namespace
+
+Status begin_icon(SculptIcon& icon, const SculptShape& shape, std::string_view field, const Limits& limits) {
+  const BSplineSurface& surface = *shape.surface;
+  const auto below = [&](Error error) {
+    error.field = error.field.empty() ? std::string(field) : fmt::format("{}.{}", field, error.field);
+    return error;
+  };
+  const Vec2 uv = middle(icon);
+  icon.place = surface.evaluate(uv.x(), uv.y());
+  icon.pivot = icon.place;
+  icon.translation = Vec3::Zero();
+  icon.rotation = Eigen::Quaterniond::Identity();
+  icon.bends.clear();
+  auto reference = std::make_shared<std::vector<Vec3>>();
+  if (icon.role == IconRole::load) {
+    reference->push_back(icon.place);
+  } else if (icon.shape == IconShape::point && icon.property == IconProperty::normal) {
+    reference->push_back(surface.normal(uv.x(), uv.y()));
+    if (reference->front().isZero(0)) {
+      return make_error(ErrorCode::failed_precondition, "the surface has no normal there",
+                        std::string(field));
+    }
+  } else if (icon.shape == IconShape::point) {
+    const auto [a, b] = orders(icon.property);
+    auto functional = geometry::surface_functional(surface, uv.x(), uv.y(), a, b);
+    if (!functional) return below(functional.error());
+    reference->push_back(value_of(*functional, surface));
+  } else if (icon.shape == IconShape::curve) {
+    auto places = geometry::collocation_places(*shape.rest, icon.parameters);
+    if (!places) return below(places.error());
+    for (const CurvePlace& place : *places) {
+      auto functional = geometry::surface_functional(surface, place.uv.x(), place.uv.y(), 0, 0);
+      if (!functional) return below(functional.error());
+      reference->push_back(value_of(*functional, surface));
+    }
+  } else if (!icon.outside) {
+    auto points = geometry::points_over(*shape.rest, rectangle(icon));
+    if (!points) return below(points.error());
+    for (const std::uint32_t point : *points) reference->push_back(surface.control[point]);
+  }
+  if (reference->size() > limits.max_constraint_rows) {
+    return make_error(ErrorCode::resource_exhausted,
+                      fmt::format("would hold {} places, expected at most {}", reference->size(),
+                                  limits.max_constraint_rows),
+                      std::string(field));
+  }
+  icon.reference = std::move(reference);
+  return {};
+}
+
+Status settle(SculptShape& shape, std::string_view field, const ApplyContext& context,
+              std::vector<std::string>& notes) {
+  const BSplineSurface& rest = *shape.rest;
+  Demands demands;
+  bool loaded = shape.absolute;
+  const double diagonal_m = diagonal(rest);
+  for (std::size_t i = 0; i < shape.icons->size(); ++i) {
+    const SculptIcon& icon = (*shape.icons)[i];
+    if (!icon.acts()) continue;
+    if (icon.role == IconRole::load) {
+      loaded = loaded || has_moved(icon);
+    } else if (icon.outside) {
+      auto held = geometry::points_outside(rest, rectangle(icon));
+      if (!held) return in_icons(held.error(), demands, shape, field);
+      demands.held.insert(demands.held.end(), held->begin(), held->end());
+    } else if (auto status = add_constraint(icon, i, rest, diagonal_m, demands); !status) {
+      return in_icons(status.error(), demands, shape, field);
+    }
+  }
+  if (demands.rows.size() > context.limits.max_constraint_rows) {
+    return make_error(ErrorCode::resource_exhausted,
+                      fmt::format("the icons of \"{}\" hold {} places, expected at most {}", shape.id,
+                                  demands.rows.size(), context.limits.max_constraint_rows),
+                      std::string(field));
+  }
+  std::sort(demands.held.begin(), demands.held.end());
+  demands.held.erase(std::unique(demands.held.begin(), demands.held.end()), demands.held.end());
+  if (demands.rows.empty() && !loaded) {
+    shape.surface = shape.rest;  // To the bit (D4, D19).
+    update_places(shape);
+    return {};
+  }
+
+  geometry::SculptSetup setup;
+  setup.energy = shape.energy;
+  setup.supports = shape.supports;
+  setup.mode = shape.absolute ? geometry::SculptMode::absolute_fairing : geometry::SculptMode::displacement;
+  setup.held = demands.held;
+  const auto policy =
+      shape.least_squares ? geometry::ConflictPolicy::least_squares : geometry::ConflictPolicy::refuse;
+  std::optional<geometry::SculptSolution> solution;
+  const auto use = [&](geometry::SculptSystem& system) -> Status {
+    for (const SculptIcon& icon : *shape.icons) {
+      if (icon.role != IconRole::load || !icon.acts()) continue;
+      if (auto status = add_load(icon, rest, demands, system, demands.loads); !status) return status;
+    }
+    auto solved = system.solve(demands.rows, demands.loads, policy);
+    if (!solved) return solved.error();
+    solution = std::move(*solved);
+    return {};
+  };
+  SculptSolvers once(1);
+  SculptSolvers& solvers = context.sculpt_solvers ? *context.sculpt_solvers : once;
+  if (auto status = solvers.with(shape.rest, setup, context.parallel, use); !status) {
+    if (!demands.held.empty() && status.error().field == "supports" &&
+        status.error().code == ErrorCode::invalid_argument) {
+      return make_error(
+          ErrorCode::failed_precondition,
+          "the outside of a region and the sides leave no control point free, expected a larger "
+          "region or more control points (refine_surface)",
+          std::string(field));
+    }
+    return in_icons(status.error(), demands, shape, field);
+  }
+  for (const Vec3& point : solution->control) {
+    if (!(point.cwiseAbs().maxCoeff() <= context.limits.max_coordinate_m)) {
+      return make_error(ErrorCode::invalid_argument,
+                        fmt::format("would move \"{}\" out of the workspace of {} m", shape.id,
+                                    context.limits.max_coordinate_m),
+                        std::string(field));
+    }
+  }
+  if (solution->control == rest.control) {
+    shape.surface = shape.rest;
+  } else {
+    shape.surface = std::make_shared<const BSplineSurface>(
+        BSplineSurface{rest.u, rest.v, std::move(solution->control), rest.weights});
+  }
+  update_places(shape);
+  note_rows(*solution, demands, shape, notes);
+  return {};
+}
+
+std::vector<Vec3> icon_outline(const SculptIcon& icon, const BSplineSurface& surface) {
+  if (icon.shape == IconShape::point) return {};
+  std::vector<Vec2> corners = icon.parameters;
+  if (icon.shape == IconShape::region) {
+    const Vec2 lower = icon.parameters[0], upper = icon.parameters[1];
+    corners = {lower, {upper.x(), lower.y()}, upper, {lower.x(), upper.y()}, lower};
+  }
+  // As fine as a sixty-fourth of the surface, but no more than needed for long drawn lines.
+  const double step = std::hypot(surface.u.length(), surface.v.length()) / 64;
+  std::vector<Vec3> outline{surface.evaluate(corners.front().x(), corners.front().y())};
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    const Vec2 from = corners[i - 1], way = corners[i] - from;
+    const int pieces = std::clamp(static_cast<int>(std::ceil(way.norm() / step)), 1, 64);
+    for (int k = 1; k <= pieces; ++k) {
+      const Vec2 uv = from + static_cast<double>(k) / pieces * way;
+      outline.push_back(surface.evaluate(uv.x(), uv.y()));
+    }
+  }
+  return outline;
+}
+
+Vec3 icon_direction(const SculptIcon& icon, const BSplineSurface& surface) {
+  const Vec2 uv = middle(icon);
+  const auto [a, b] = orders(icon.property);
+  if (icon.role == IconRole::load || a + b == 0) return surface.normal(uv.x(), uv.y());
+  const geometry::SurfaceDerivatives at = surface.derivatives(uv.x(), uv.y(), a + b);
+  const Vec3 derivative = a == 1 && b == 0   ? at.su
+                          : a == 0 && b == 1 ? at.sv
+                          : a == 2           ? at.suu
+                          : b == 2           ? at.svv
+                                             : at.suv;
+  return derivative.norm() > 0 ? Vec3(derivative.normalized()) : Vec3(Vec3::Zero());
+}
+
+}  // namespace handloft::model

@@ -1,0 +1,48 @@
+#include "server-model/model/sculpt_solvers.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace handloft::model {
+
+namespace {
+
+bool same(const geometry::SculptSetup& a, const geometry::SculptSetup& b) {
+  return a.energy == b.energy && a.supports == b.supports && a.mode == b.mode && a.held == b.held;
+}
+
+}  // namespace
+
+Status SculptSolvers::with(const std::shared_ptr<const geometry::BSplineSurface>& rest,
+                           const geometry::SculptSetup& setup, const geometry::ParallelFor& parallel,
+                           const Use& use) {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& each) {
+    return each.rest == rest && same(each.setup, setup);
+  });
+  if (found != kept_.end()) {
+    kept_.splice(kept_.begin(), kept_, found);
+    return use(kept_.front().system);
+  }
+  geometry::IterativeOptions iteration;
+  iteration.parallel = parallel;
+  auto system = geometry::SculptSystem::create(*rest, setup, iteration);
+  if (!system) return system.error();
+  ++made_;
+  kept_.push_front({rest, setup, std::move(*system)});
+  std::size_t unknowns = 0, count = 0;
+  for (auto each = kept_.begin(); each != kept_.end();) {
+    unknowns += each->system.unknown_count();
+    ++count;
+    const bool keep = count == 1 || (count <= max_systems_ && unknowns <= max_unknowns_);
+    each = keep ? std::next(each) : kept_.erase(each);
+  }
+  return use(kept_.front().system);
+}
+
+std::size_t SculptSolvers::made() const {
+  const std::lock_guard lock(mutex_);
+  return made_;
+}
+
+}  // namespace handloft::model
