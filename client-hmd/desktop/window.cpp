@@ -65,6 +65,9 @@ void Window::on_key(int key, int action) {
     case GLFW_KEY_H:
       input_.toggle_head = true;
       break;
+    case GLFW_KEY_F:
+      input_.fit_view = true;
+      break;
     case GLFW_KEY_D:
       input_.toggle_distances = true;
       break;

@@ -1,7 +1,8 @@
 #pragma once
 // A GLFW window with mouse and keyboard standing in for the head (V4, V6): left button orbits, right or
 // middle button pans, the wheel zooms; S takes a screenshot, 1, 2, 3 look from the designer's side, the front
-// and the top, H follows the tracked head, D shows distances to references, Q or Escape ends.
+// and the top, F comes as near as the whole scene allows, H follows the tracked head, D shows distances to
+// references, Q or Escape ends.
 
 #include <functional>
 #include <memory>
@@ -20,6 +21,7 @@ struct WindowInput {
   bool screenshot = false;
   bool toggle_head = false;
   bool toggle_distances = false;
+  bool fit_view = false;
 };
 
 class Window {

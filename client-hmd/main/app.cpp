@@ -14,6 +14,7 @@
 #include "client-hmd/desktop/window.h"
 #include "client-hmd/main/frame_composer.h"
 #include "client-hmd/main/report.h"
+#include "client-hmd/main/scene_extent.h"
 #include "client-hmd/render/offscreen_context.h"
 #include "client-hmd/render/renderer.h"
 
@@ -116,12 +117,14 @@ class App {
         }
       }
       if (input.toggle_distances) distances_ = !distances_;
+      if (input.fit_view) fit_wanted_ = true;
       if (input.screenshot) save_from_window(begin);
       width_px_ = window->width_px();
       height_px_ = window->height_px();
     }
     follow_daemon();
     const std::shared_ptr<const ModelState> model = model_->state();
+    fit_view(*model, window == nullptr);
     const RenderOptions rendering;
     const double scale = window == nullptr ? options_.offscreen_scale : 1.0;
     const Frame frame = compose(begin, model, scale, window != nullptr);
@@ -145,12 +148,21 @@ class App {
     film_connects_ = connects;
   }
 
+  /// Without a window the view follows the scene; in a window people move it themselves.
+  void fit_view(const ModelState& model, bool offscreen) {
+    if (!fit_wanted_ || model.snapshots == 0 || model.scene == fitted_) return;
+    const std::vector<glm::dvec3> places = visible_places(*model.scene);
+    orbit_.fit(places, width_px_, height_px_);
+    fitted_ = model.scene;
+    if (!offscreen && !places.empty()) fit_wanted_ = false;
+  }
+
   Frame compose(TimePoint now, const std::shared_ptr<const ModelState>& model, double scale, bool late_warp) {
     FrameRequest request;
     request.camera = camera_;
-    request.orbit = orbit_;
     request.width_px = std::max(1, static_cast<int>(std::lround(width_px_ * scale)));
     request.height_px = std::max(1, static_cast<int>(std::lround(height_px_ * scale)));
+    request.orbit = orbit_;
     request.now = now;
     request.display_time = now + options_.display_latency;
     request.late_warp = late_warp;
@@ -192,7 +204,9 @@ class App {
   Result<Image> picture(TimePoint now) {
     RenderOptions rendering;
     rendering.supersampling = still_supersampling;
-    return renderer_->draw_to_image(compose(now, model_->state(), 1.0, false), rendering);
+    const std::shared_ptr<const ModelState> model = model_->state();
+    if (figures_.offscreen) fit_view(*model, true);
+    return renderer_->draw_to_image(compose(now, model, 1.0, false), rendering);
   }
 
   Status take_screenshot(TimePoint now) {
@@ -241,6 +255,8 @@ class App {
   OrbitCamera orbit_;
   CameraMode camera_ = options_.camera;
   bool distances_ = options_.distances;
+  bool fit_wanted_ = options_.view == ViewChoice::fit;
+  std::shared_ptr<const Scene> fitted_;  ///< What the view was fitted to last.
   int width_px_ = options_.width_px;
   int height_px_ = options_.height_px;
   TimePoint started_;

@@ -46,7 +46,7 @@ Result<std::pair<int, int>> parse_size(const std::string& text) {
 Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   ParsedOptions parsed;
   HmdOptions& options = parsed.options;
-  std::string model, tracking, size = "1280x720", when = "end", camera = "orbit";
+  std::string model, tracking, size = "1280x720", when = "end", camera = "orbit", view = "table";
   double duration_s = 0.0;
   double display_latency_ms = 16.0;
 
@@ -56,6 +56,10 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("offscreen", options.offscreen, "Draw without a window (also when there is no display)");
   table.add("size", size, "Size of the picture", {.value_name = "WIDTHxHEIGHT"});
   table.add("camera", camera, "Where to look from", {.choices = {"orbit", "head"}});
+  table.add("view", view,
+            "What the orbiting camera looks at: the table with its palette, or as near as the whole scene "
+            "allows (in a window: once; key F)",
+            {.choices = {"table", "fit"}});
   table.add("screenshot", options.screenshot, "Write a picture", {.value_name = "FILE.png"});
   table.add("screenshot_when", when, "When: idle (nothing changed for a second), end, or frames:N",
             {.value_name = "WHEN"});
@@ -91,6 +95,7 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   if (!pixels) return pixels.error();
   std::tie(options.width_px, options.height_px) = *pixels;
   options.camera = camera == "head" ? CameraMode::head : CameraMode::orbit;
+  options.view = view == "fit" ? ViewChoice::fit : ViewChoice::table;
   options.duration = from_seconds(duration_s);
   options.display_latency = from_seconds(display_latency_ms / 1e3);
 

@@ -14,6 +14,12 @@ namespace handloft::client {
 
 enum class CameraMode { orbit, head };
 
+/// From where the orbiting camera looks at first, and all the time without a window.
+enum class ViewChoice {
+  table,  ///< At the work and the palette about it.
+  fit,    ///< The same direction, as near as the whole scene allows.
+};
+
 /// When the screenshot is taken. Without a window, `idle` and `frames` end the program when it is.
 enum class ScreenshotTime { idle, end, frames };
 
@@ -30,6 +36,7 @@ struct HmdOptions {
   bool once = false;    ///< One picture of the scene as it is, then end.
   Duration duration{};  ///< Zero: until it is told to end.
   CameraMode camera = CameraMode::orbit;
+  ViewChoice view = ViewChoice::table;
   Duration display_latency = std::chrono::milliseconds(16);  ///< From drawing to light: one refresh at 60 Hz.
   double offscreen_rate_hz =
       12.0;  ///< Drawing in software must leave the processor to tracking and modelling.

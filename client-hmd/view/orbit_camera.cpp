@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/constants.hpp>
+#include <limits>
 
 namespace handloft::client {
 namespace {
@@ -56,6 +57,38 @@ void OrbitCamera::look(StandardView view) {
       elevation_rad = glm::half_pi<double>() - 1e-3;
       break;
   }
+}
+
+// A place with camera coordinates (x, y) and z backwards is within the picture's sides when
+// |x - cx| <= tx (cz - z), the camera being at (cx, cy, cz): the outermost x + tx z and -x + tx z give cx,
+// and the least cz; likewise y.
+void OrbitCamera::fit(std::span<const glm::dvec3> places, int width_px, int height_px,
+                      const FitMargins& margins) {
+  if (places.empty() || width_px <= 0 || height_px <= 0) return;
+  const Axes axes = axes_of(*this);
+  const double half_height = std::tan(fov_y_rad / 2.0);
+  const double ty = half_height * (1.0 - 2.0 * margins.top_and_bottom);
+  const double tx = half_height * width_px / height_px * (1.0 - 2.0 * margins.side);
+  constexpr double lowest = std::numeric_limits<double>::lowest();
+  double right = lowest, left = lowest, top = lowest, bottom = lowest, front = lowest;
+  double deepest = std::numeric_limits<double>::max();
+  for (const glm::dvec3& place : places) {
+    const double x = glm::dot(place, axes.right);
+    const double y = glm::dot(place, axes.up);
+    const double z = glm::dot(place, axes.back);
+    if (!std::isfinite(x + y + z)) return;
+    right = std::max(right, x + tx * z);
+    left = std::max(left, -x + tx * z);
+    top = std::max(top, y + ty * z);
+    bottom = std::max(bottom, -y + ty * z);
+    front = std::max(front, z);
+    deepest = std::min(deepest, z);
+  }
+  constexpr double nearest_m = 0.05;  // Before the foremost place, as zoom() comes no nearer.
+  const double z = std::max({(right + left) / (2.0 * tx), (top + bottom) / (2.0 * ty), front + nearest_m});
+  // Orbiting is then about the middle of what is seen.
+  distance_m = z - (front + deepest) / 2.0;
+  target = (right - left) / 2.0 * axes.right + (top - bottom) / 2.0 * axes.up + (z - distance_m) * axes.back;
 }
 
 Eye OrbitCamera::eye(int width_px, int height_px) const {

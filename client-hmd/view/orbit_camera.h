@@ -1,9 +1,17 @@
 #pragma once
 // The camera of people without a headset: it circles a point above the table (V6).
 
+#include <span>
+
 #include "client-hmd/view/pinhole.h"
 
 namespace handloft::client {
+
+/// Left free when a picture is fitted, as shares of its size: room for the HUD's lines above and below.
+struct FitMargins {
+  double side = 0.06;
+  double top_and_bottom = 0.14;
+};
 
 enum class StandardView { perspective, front, top };
 
@@ -21,6 +29,9 @@ struct OrbitCamera {
   /// factor > 1 comes nearer; the distance stays within 5 cm to 5 m.
   void zoom(double factor);
   void look(StandardView view);
+  /// Comes as near as it can while all `places` (world, metres) are within the margins of a picture of that
+  /// size; the direction stays. No places, or one that is no number: nothing changes.
+  void fit(std::span<const glm::dvec3> places, int width_px, int height_px, const FitMargins& margins = {});
 
   Eye eye(int width_px, int height_px) const;
 };

@@ -32,6 +32,12 @@ TEST(Options, ReadWhatTheDemonstrationAsksFor) {
   EXPECT_EQ(options.display_latency, std::chrono::milliseconds(11));
 }
 
+TEST(Options, ViewIsTheTableOrFitsTheScene) {
+  EXPECT_EQ(parse({})->options.view, ViewChoice::table);
+  EXPECT_EQ(parse({"--view", "fit"})->options.view, ViewChoice::fit);
+  EXPECT_FALSE(parse({"--view", "nice"}).ok());
+}
+
 TEST(Options, ShowDistancesOnDemand_A28) {
   const auto plain = parse({});
   ASSERT_TRUE(plain.ok());
