@@ -359,6 +359,10 @@ void BezierPieces::bound_piece(std::size_t piece) {
     uv.point = (uv.point + fu.weight * sv + fv.weight * su + uv.weight * r) / least_weight;
   }
 
+  bound.bend_uu = uu.point;
+  bound.bend_uv = uv.point;
+  bound.bend_vv = vv.point;
+
   PieceDerivatives d;
   derivatives(piece, 0.5, 0.5, d);
   const double a = d.su.norm(), b = d.sv.norm();

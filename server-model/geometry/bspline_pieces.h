@@ -47,6 +47,7 @@ struct PieceBound {
   Vec3 half = Vec3::Zero();
   double radius = 0;  ///< |half|.
   double reach = 0;
+  double bend_uu = 0, bend_uv = 0, bend_vv = 0;  ///< No second derivative is larger (piece's own parameters).
 
   double squared_distance(const Vec3& p) const {
     const Vec3 d = p - centre;

@@ -8,6 +8,8 @@
 #include <thread>
 
 #include "server-model/geometry/bspline_projection.h"
+#include "server-model/geometry/bspline_tessellate.h"
+#include "server-model/geometry/grid_tessellation.h"
 #include "tests/unit/server-model/geometry/bspline_shapes.h"
 
 namespace handloft::geometry {
@@ -162,6 +164,69 @@ void refit(benchmark::State& state) {
   }
 }
 BENCHMARK(refit)->Arg(1)->Arg(20)->Arg(100)->Unit(benchmark::kMicrosecond);
+
+/// 159 x 81 control points with 48,536 polygons or a few more, as the sculpting paper's largest (Table 2).
+GridParameters table2_grid() {
+  const auto even = [](int n) {
+    std::vector<double> values;
+    for (int k = 0; k < n; ++k) values.push_back(static_cast<double>(k) / (n - 1));
+    return values;
+  };
+  return {even(220), even(112)};
+}
+
+/// A frame of a drag. Argument: control points a side that move; 0: all.
+void update_grid(benchmark::State& state) {
+  BSplineSurface surface = samples::wavy(159, 81);
+  GridTessellation grid = *GridTessellation::create(surface, table2_grid());
+  for (auto _ : state) {
+    if (state.range(0) == 0) {
+      for (Vec3& p : surface.control) p.z() += 1e-6;
+    }
+    for (int i = 0; i < state.range(0); ++i) {
+      for (int j = 0; j < state.range(0); ++j) surface.control[surface.index(40 + i, 20 + j)].z() += 1e-6;
+    }
+    if (!grid.update(surface.control).ok()) state.SkipWithError("refused");
+  }
+  state.counters["polygons"] = static_cast<double>(grid.mesh().triangle_count());
+  state.counters["changed_vertices"] = static_cast<double>(grid.changed().size());
+}
+BENCHMARK(update_grid)->Arg(0)->Arg(1)->Arg(10)->Arg(40)->Unit(benchmark::kMicrosecond);
+
+/// The baseline: all places and normals of the grid from nothing.
+void evaluate_whole_grid(benchmark::State& state) {
+  const BSplineSurface surface = samples::wavy(159, 81);
+  const GridParameters grid = table2_grid();
+  std::vector<Vec3> places, normals;
+  for (auto _ : state) {
+    evaluate_grid(surface, grid.us, grid.vs, places, &normals);
+    benchmark::DoNotOptimize(places.data());
+  }
+}
+BENCHMARK(evaluate_whole_grid)->Unit(benchmark::kMicrosecond);
+
+void tessellate_whole(benchmark::State& state) {
+  const BSplineSurface surface = samples::wavy(100, 100);
+  std::size_t triangles = 0;
+  for (auto _ : state) triangles = tessellate(surface)->triangle_count();
+  state.counters["triangles"] = static_cast<double>(triangles);
+}
+BENCHMARK(tessellate_whole)->Unit(benchmark::kMillisecond);
+
+void tessellate_trimmed(benchmark::State& state) {
+  const BSplineSurface surface = samples::wavy(100, 100);
+  TrimLoop loop;
+  for (int k = 0; k < 200; ++k) {
+    const double turn = 2 * M_PI * k / 200, radius = 0.35 + 0.05 * std::cos(6 * turn);
+    loop.emplace_back(0.5 + radius * std::cos(turn), 0.5 + radius * std::sin(turn));
+  }
+  std::size_t triangles = 0;
+  for (auto _ : state) {
+    triangles = tessellate(surface, {loop, {{0.4, 0.4}, {0.6, 0.4}, {0.5, 0.6}}})->triangle_count();
+  }
+  state.counters["triangles"] = static_cast<double>(triangles);
+}
+BENCHMARK(tessellate_trimmed)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace handloft::geometry
