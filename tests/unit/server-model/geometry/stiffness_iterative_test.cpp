@@ -110,6 +110,43 @@ TEST(StiffnessIterative, IterationsDoNotGrowWithTheSurface) {
   }
 }
 
+KnotVector stretched(const KnotVector& knots, double factor) {
+  std::vector<double> longer = knots.knots();
+  for (double& knot : longer) knot *= factor;
+  return KnotVector::open(knots.degree(), std::move(longer)).value();
+}
+
+// Nor with how long the surface is, how much it stretches and how firmly it is tied.
+TEST(StiffnessIterative, IterationsDoNotGrowWithSlendernessStretchingOrTies) {
+  IterativeOptions options;
+  options.relative_residual = 1e-6;
+  const auto expect_few = [&](const StiffnessProblem& problem, int most) {
+    const auto solver = make_iterative_solver(problem, options);
+    ASSERT_TRUE(solver.ok()) << failure(solver);
+    const auto x = (*solver)->solve(point_load(problem));
+    ASSERT_TRUE(x.ok()) << x.error().describe();
+    EXPECT_LE((*solver)->report().iterations, most);
+  };
+  const KnotVector knots = graded_knots(3, 64, 1);
+  for (const char* sides : {"cccc", "cfff", "ffcf", "sfsf", "ffff"}) {
+    for (const double slenderness : {5.0, 30.0}) {
+      for (const double stretching : {0.0, 1000.0}) {
+        SCOPED_TRACE(testing::Message() << sides << " " << slenderness << " " << stretching);
+        StiffnessProblem problem{
+            stretched(knots, slenderness), knots, {stretching, 0, stretching, 1, 1, 1}, supports_of(sides)};
+        if (std::string(sides) == "ffff") ground(problem, 10 / slenderness);
+        expect_few(problem, 18);
+      }
+    }
+  }
+  for (const double stiffness : {0.01, 1.0, 100.0, 1e5}) {
+    SCOPED_TRACE(stiffness);
+    StiffnessProblem problem{knots, knots, {}, supports_of("ffff")};
+    ground(problem, stiffness);
+    expect_few(problem, stiffness > 1000 ? 40 : 18);
+  }
+}
+
 // The centre of a plate on the unit square under unit pressure.
 double plate_centre(int spans, const char* sides) {
   SculptEnergy plate;
