@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "daemon-tracking/main/daemon.h"
+#include "daemon-tracking/main/exit_status.h"
 
 namespace {
 
@@ -15,7 +16,8 @@ void on_signal(int) {
 
 int fail(const handloft::Error& error) {
   std::fprintf(stderr, "handloft-trackd: %s\n", error.describe().c_str());
-  return error.code == handloft::ErrorCode::invalid_argument ? 2 : 1;
+  return error.code == handloft::ErrorCode::invalid_argument ? handloft::tracking::exit_usage
+                                                             : handloft::tracking::exit_failed;
 }
 
 }  // namespace
@@ -28,7 +30,7 @@ int main(int argc, char** argv) {
   if (!parsed) return fail(parsed.error());
   if (parsed->action == ParseOutcome::Action::show_text) {
     std::fputs(parsed->text.c_str(), stdout);
-    return 0;
+    return tracking::exit_ok;
   }
   if (const Status good = tracking::check(options); !good) return fail(good.error());
   const Result<LogLevel> level = parse_log_level(options.log_level);
@@ -47,5 +49,5 @@ int main(int argc, char** argv) {
     if (const Status written = tracking::write_report(session->figures, *options.report); !written)
       return fail(written.error());
   }
-  return session->problem ? fail(*session->problem) : 0;
+  return session->problem ? fail(*session->problem) : tracking::exit_ok;
 }

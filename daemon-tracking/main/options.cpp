@@ -1,10 +1,15 @@
 #include "daemon-tracking/main/options.h"
 
+#include <string>
+
+#include "daemon-tracking/main/exit_status.h"
+
 namespace handloft::tracking {
 
 OptionTable make_option_table(DaemonOptions& options) {
   OptionTable table("handloft-trackd",
-                    "Tracks head and hand with cameras and a glove, and publishes poses and gestures.");
+                    "Tracks head and hand with cameras and a glove, and publishes poses and gestures.\n" +
+                        std::string(exit_status_words));
   table.add("listen", options.listen, "Where subscribers connect; default: this user's runtime folder",
             {.value_name = "ENDPOINT"});
   table.add("simulate", options.simulate,

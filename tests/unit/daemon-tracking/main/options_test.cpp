@@ -37,6 +37,17 @@ TEST(DaemonOptions, ARecordingIsNotWrittenOverItself) {
   EXPECT_EQ(refused_field({"--replay", "a.rec", "--record", "b.rec"}), "");
 }
 
+TEST(DaemonOptions, HelpTellsTheExitStatus) {
+  DaemonOptions options;
+  OptionTable table = make_option_table(options);
+  const char* help[] = {"handloft-trackd", "--help"};
+  const auto parsed = table.parse(2, const_cast<char**>(help));
+  ASSERT_TRUE(parsed.ok());
+  for (const char* word : {"Exit status: 0", "; 1 ", "damaged", "; 2 wrong usage"}) {
+    EXPECT_NE(parsed->text.find(word), std::string::npos) << word << " in " << parsed->text;
+  }
+}
+
 TEST(DaemonOptions, TheTableParsesFlagsAndRefusesNonsense) {
   DaemonOptions options;
   OptionTable table = make_option_table(options);
