@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unordered_map>
+#include <vector>
 
 #include "common/codec/point_codec.h"
 #include "server-model/geometry/fuzzy_point.h"
@@ -82,16 +82,28 @@ Result<v1::PointCloud> pack_points(const model::PointCloud& points, std::size_t 
   tail.total = static_cast<std::uint32_t>(end);
   tail.positions.reserve(end - first);
   tail.styles.reserve(end - first);
-  std::unordered_map<std::uint32_t, std::uint16_t> style_index;
+  constexpr std::uint16_t unused = std::numeric_limits<std::uint16_t>::max();
+  constexpr auto last_level = static_cast<std::uint32_t>(pressure_levels);
+  std::vector<std::uint16_t> style_of_level(last_level + 1, unused);
   double reach_m = 0.0;
-  for (std::size_t i = first; i < end; ++i) {
-    const model::DualPoint& point = points[i];
+  const auto add = [&](const model::DualPoint& point) {
     tail.positions.push_back({point.x, point.y, point.z});
     reach_m = std::max({reach_m, std::abs(point.x), std::abs(point.y), std::abs(point.z)});
-    const auto level = static_cast<std::uint32_t>(std::lround(point.pressure * pressure_levels));
-    const auto [at, inserted] = style_index.emplace(level, static_cast<std::uint16_t>(tail.palette.size()));
-    if (inserted) tail.palette.push_back(style_of(level));
-    tail.styles.push_back(at->second);
+    const auto level =
+        std::min(last_level, static_cast<std::uint32_t>(point.pressure * pressure_levels + 0.5));
+    std::uint16_t& style = style_of_level[level];
+    if (style == unused) {
+      style = static_cast<std::uint16_t>(tail.palette.size());
+      tail.palette.push_back(style_of(level));
+    }
+    tail.styles.push_back(style);
+  };
+  std::size_t begin = 0;  // Of a chunk.
+  for (std::size_t i = 0; i < points.chunk_count() && begin < end; ++i) {
+    const auto chunk = points.chunk(i);
+    const std::size_t last = std::min(end - begin, chunk.size());
+    for (std::size_t k = first > begin ? first - begin : 0; k < last; ++k) add(chunk[k]);
+    begin += chunk.size();
   }
   // A micrometre, unless the points lie kilometres away.
   codec::PointCodecOptions options;
