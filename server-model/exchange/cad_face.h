@@ -19,7 +19,8 @@ struct TrimCurve {
 };
 
 /// Closed loops, the outer one first: each curve begins where the one before ends, but for gaps as small as
-/// files have them; the face lies on their left. A side of a closed surface where the face meets itself
+/// files have them; the face lies on their left. They may stand out of the parameters' range by as much as
+/// files let them (up to a thousandth of it). A side of a closed surface where the face meets itself
 /// stands in them twice, a period apart; a pole is a curve whose image is one point.
 using TrimLoops = std::vector<std::vector<TrimCurve>>;
 

@@ -4,6 +4,9 @@
 #include <IGESData_GlobalSection.hxx>
 #include <IGESData_IGESEntity.hxx>
 #include <IGESData_IGESModel.hxx>
+#include <IGESData_IGESWriter.hxx>
+#include <IGESData_Protocol.hxx>
+#include <Interface_FloatWriter.hxx>
 #include <Interface_Static.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TopoDS_Shape.hxx>
@@ -47,10 +50,14 @@ Result<std::string> to_iges(const CadContent& content, const std::string& file_n
     }
     const Handle(TCollection_HAsciiString) label =
         text_of(name.empty() ? "surface" : name.substr(0, label_length));
+    // Of a face that its surface bounds readers look at the surface.
     for (int k = entities_before + 1; k <= model->NbEntities(); ++k) {
       constexpr int trimmed_surface = 144;
+      constexpr int bspline_surface = 128;
       const Handle(IGESData_IGESEntity) entity = model->Entity(k);
-      if (entity->TypeNumber() == trimmed_surface) entity->SetLabel(label);
+      if (entity->TypeNumber() == trimmed_surface || entity->TypeNumber() == bspline_surface) {
+        entity->SetLabel(label);
+      }
     }
     return {};
   };
@@ -65,7 +72,10 @@ Result<std::string> to_iges(const CadContent& content, const std::string& file_n
   global.SetAuthorName(text_of(options.author));
   global.SetCompanyName(text_of(options.organization));
   model->SetGlobalSection(global);
-  return detail::printed([&](std::ostream& stream) { return writer.Write(stream, Standard_False); });
+  IGESData_IGESWriter text(model);
+  text.FloatWriter().SetFormat("%.15E");  // Every digit: by itself the library writes nine.
+  text.SendModel(Handle(IGESData_Protocol)::DownCast(model->Protocol()));
+  return detail::printed([&](std::ostream& stream) { return text.Print(stream); });
 }
 
 }  // namespace

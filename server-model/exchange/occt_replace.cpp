@@ -29,6 +29,9 @@ namespace {
 
 constexpr int border_samples = 33;  ///< Along each edge.
 
+/// Metres: what rounding moves a control point by, far below what any file tells apart.
+constexpr double unchanged_m = 1e-12;
+
 /// How the edge lies in the face's parameters, whichever way it is passed.
 EdgeCurves curves_of(const TopoDS_Edge& edge, const TopoDS_Face& face) {
   EdgeCurves curves;
@@ -133,6 +136,20 @@ TopoDS_Face with_own_edges(const TopoDS_Face& face, const Handle(Geom_BSplineSur
   return made;
 }
 
+/// Whether nobody changed it: no control point lies farther off than rounding puts it, in whatever
+/// parameters.
+bool is_same(const geometry::BSplineSurface& a, const geometry::BSplineSurface& b) {
+  if (a.u.degree() != b.u.degree() || a.v.degree() != b.v.degree() || a.control.size() != b.control.size() ||
+      a.u.control_count() != b.u.control_count() || a.u.is_periodic() != b.u.is_periodic() ||
+      a.v.is_periodic() != b.v.is_periodic() || a.weights != b.weights) {
+    return false;
+  }
+  for (std::size_t i = 0; i < a.control.size(); ++i) {
+    if (!((a.control[i] - b.control[i]).cwiseAbs().maxCoeff() <= unchanged_m)) return false;
+  }
+  return true;
+}
+
 /// The changed face, forward.
 Result<TopoDS_Face> replacement(const TopoDS_Face& former, const ReplacedFace& change,
                                 const CadPlacement& placement, double border_tolerance) {
@@ -144,6 +161,8 @@ Result<TopoDS_Face> replacement(const TopoDS_Face& former, const ReplacedFace& c
     return make_error(ErrorCode::invalid_argument,
                       fmt::format("found {}, which is no B-spline face", change.number), "number");
   }
+  const auto as_read = to_geometry(spline, placement);
+  if (as_read && is_same(*as_read, change.surface)) return face;
   auto made = to_occt(change.surface, placement);
   if (!made) {
     Error error = made.error();

@@ -99,7 +99,7 @@ TEST_F(IgesFile, X1_X3_MillimetresTrimmedSurfacesAndLabels) {
 TEST_F(IgesFile, NothingIsPrintedAndBadInputKeepsTheOldFile) {
   std::ofstream(path_) << "old";
   testing::internal::CaptureStdout();
-  EXPECT_EQ(write_iges(path_, {}).error().field, "surfaces");
+  EXPECT_EQ(write_iges(path_, CadContent{}).error().field, "surfaces");
   std::vector<SurfaceExport> items{shell(2, 2), shell(2, 2)};
   items[1].frame.origin.x() = std::numeric_limits<double>::quiet_NaN();
   const Status status = write_iges(path_, items);

@@ -184,7 +184,7 @@ TEST_F(StepFile, NothingIsPrinted) {
 
 TEST_F(StepFile, BadInputIsRefusedAndTheOldFileStays) {
   std::ofstream(path_) << "old";
-  EXPECT_EQ(write_step(path_, {}).error().field, "surfaces");
+  EXPECT_EQ(write_step(path_, CadContent{}).error().field, "surfaces");
   std::vector<SurfaceExport> items{shell(2, 2), shell(2, 2)};
   items[1].frame.origin.x() = std::numeric_limits<double>::quiet_NaN();
   const Status status = write_step(path_, items);
