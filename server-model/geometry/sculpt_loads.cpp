@@ -57,7 +57,7 @@ Result<std::vector<Piece>> pieces(const BSplineSurface& rest, std::span<const Ve
   std::vector<Piece> result;
   double done = 0;
   for (std::size_t i = 0; i + 1 < polyline.size(); ++i) {
-    const Vec2 from = polyline[i];
+    const Vec2& from = polyline[i];
     const Vec2 step = polyline[i + 1] - from;
     const double part = step.norm();
     if (part <= least_piece * length) continue;

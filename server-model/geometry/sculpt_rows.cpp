@@ -46,7 +46,8 @@ Reach reach(const KnotVector& knots, double lower, double upper) {
   for (int i = 0; i < knots.function_count(); ++i) {
     const double from = std::max(knots.knots()[static_cast<std::size_t>(i)], knots.lower());
     const double to =
-        std::min(knots.knots()[static_cast<std::size_t>(i + knots.degree() + 1)], knots.upper());
+        std::min(knots.knots()[static_cast<std::size_t>(i) + static_cast<std::size_t>(knots.degree()) + 1],
+                 knots.upper());
     if (!(from < to)) continue;
     const auto control = static_cast<std::size_t>(knots.control_of(i));
     if (from < upper && to > lower) result.in[control] = true;
