@@ -11,11 +11,11 @@ namespace handloft::geometry {
 std::array<Vec3, 4> BSplineCurve::derivatives(double u, int order) const {
   std::array<Vec3, 4> c = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
   order = std::clamp(order, 0, 3);
-  std::array<double, 4 * static_cast<std::size_t>(KnotVector::max_degree + 1)> basis;
+  std::array<double, 4 * (static_cast<std::size_t>(KnotVector::max_degree) + 1)> basis;
   const double inside = knots.wrap(u);
   const int span = knots.span(inside);
   basis_functions(knots, span, inside, order, basis);
-  const auto width = static_cast<std::size_t>(knots.degree() + 1);
+  const auto width = static_cast<std::size_t>(knots.degree()) + 1;
   std::array<double, 4> w = {0, 0, 0, 0};
   for (std::size_t i = 0; i < width; ++i) {
     const auto point =

@@ -58,7 +58,7 @@ class Blossom {
     Blend blend;
     blend.first = first;
     // The last place where the p knots stand side by side.
-    for (std::size_t j = rows.size() / size; j-- > 0;) {
+    for (std::size_t j = knots.size() - p - 1; j-- > 0;) {
       if (!std::equal(inner.begin(), inner.end(), knots.begin() + static_cast<std::ptrdiff_t>(j + 1)))
         continue;
       blend.factors.assign(rows.begin() + static_cast<std::ptrdiff_t>(j * size),
@@ -72,7 +72,7 @@ class Blossom {
   /// Boehm's insertion of one knot. Rows whose neighbours lie outside are not asked for later.
   void insert_one(double x, std::vector<double>& knots, std::vector<double>& rows, std::size_t size) const {
     const auto p = static_cast<std::size_t>(strip_.degree);
-    const std::size_t count = rows.size() / size;
+    const std::size_t count = knots.size() - p - 1;
     const auto above = std::upper_bound(knots.begin(), knots.end(), x);
     const auto s = static_cast<std::size_t>(above - knots.begin());  // knots[s - 1] <= x < knots[s]
     std::vector<double> out((count + 1) * size, 0.0);

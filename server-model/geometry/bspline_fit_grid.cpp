@@ -125,7 +125,8 @@ std::vector<double> span_errors(const KnotVector& knots, std::span<const double>
     }
     double worst = 0;
     for (Eigen::Index m = 0; m < rest.size(); m += 3) worst = std::max(worst, rest.segment<3>(m).norm());
-    double& error = errors[static_cast<std::size_t>(table.first_function[k] + knots.degree())];
+    double& error =
+        errors[static_cast<std::size_t>(table.first_function[k]) + static_cast<std::size_t>(knots.degree())];
     if (worst > enough) error = std::max(error, worst);
   }
   return errors;

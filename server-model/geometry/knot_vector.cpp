@@ -59,7 +59,7 @@ Status check_and_merge(int degree, std::vector<double>& knots) {
   return {};
 }
 
-/// No knot in [first, last) more than `limit` times.
+/// None of the ascending knots more than `limit` times.
 Status check_multiplicity(std::span<const double> knots, std::size_t limit) {
   for (std::size_t i = limit; i < knots.size(); ++i) {
     if (knots[i] == knots[i - limit]) {
@@ -120,7 +120,7 @@ Result<KnotVector> KnotVector::uniform(int degree, int control_count) {
   }
   const int spans = control_count - degree;
   std::vector<double> knots;
-  knots.reserve(static_cast<std::size_t>(control_count + degree + 1));
+  knots.reserve(static_cast<std::size_t>(control_count) + static_cast<std::size_t>(degree) + 1);
   for (int i = -degree; i <= spans + degree; ++i) {
     knots.push_back(static_cast<double>(std::clamp(i, 0, spans)) / spans);
   }
@@ -134,7 +134,7 @@ Result<KnotVector> KnotVector::uniform_periodic(int degree, int control_count) {
                "control_count");
   }
   std::vector<double> knots;
-  knots.reserve(static_cast<std::size_t>(control_count + 2 * degree + 1));
+  knots.reserve(static_cast<std::size_t>(control_count) + 2 * static_cast<std::size_t>(degree) + 1);
   for (int i = -degree; i <= control_count + degree; ++i) {
     knots.push_back(static_cast<double>(i) / control_count);
   }
@@ -177,7 +177,8 @@ int KnotVector::multiplicity(double u) const {
 
 double KnotVector::greville(int function) const {
   double sum = 0;
-  for (int k = 1; k <= degree_; ++k) sum += knots_[static_cast<std::size_t>(function + k)];
+  for (int k = 1; k <= degree_; ++k)
+    sum += knots_[static_cast<std::size_t>(function) + static_cast<std::size_t>(k)];
   return sum / degree_;
 }
 
@@ -248,7 +249,7 @@ BasisTable tabulate(const KnotVector& knots, std::span<const double> parameters,
   table.degree = knots.degree();
   table.order = std::max(order, 0);
   const std::size_t stride =
-      static_cast<std::size_t>(table.order + 1) * static_cast<std::size_t>(table.degree + 1);
+      (static_cast<std::size_t>(table.order) + 1) * (static_cast<std::size_t>(table.degree) + 1);
   table.first_function.reserve(parameters.size());
   table.values.resize(parameters.size() * stride);
   for (std::size_t i = 0; i < parameters.size(); ++i) {

@@ -81,11 +81,11 @@ struct BasisTable {
 
   std::size_t size() const { return first_function.size(); }
   std::span<const double> at(std::size_t parameter, int derivative) const {
-    const auto width = static_cast<std::size_t>(degree + 1);
-    return {
-        values.data() +
-            (parameter * static_cast<std::size_t>(order + 1) + static_cast<std::size_t>(derivative)) * width,
-        width};
+    const auto width = static_cast<std::size_t>(degree) + 1;
+    return {values.data() +
+                (parameter * (static_cast<std::size_t>(order) + 1) + static_cast<std::size_t>(derivative)) *
+                    width,
+            width};
   }
 };
 BasisTable tabulate(const KnotVector& knots, std::span<const double> parameters, int order);

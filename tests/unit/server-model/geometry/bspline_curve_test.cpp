@@ -76,6 +76,70 @@ TEST(BSplineCurve, AgreesWithOcct) {
   }
 }
 
+TEST(BSplineCurve, PeriodicOnesAgreeWithOcct) {
+  Random random(13);
+  for (int p = 1; p <= 6; ++p) {
+    BSplineCurve curve = samples::random_curve(random, Kind::periodic, p, Weights::random);
+    // OCCT (7.6) does not let functions of so few control points meet themselves; see the next test for
+    // these.
+    while (curve.control.size() <= static_cast<std::size_t>(p)) {
+      curve = samples::random_curve(random, Kind::periodic, p, Weights::random);
+    }
+    // OCCT names the distinct knots of one period; its first pole acts where the seam's knots begin.
+    std::vector<double> period(curve.knots.knots().begin() + p, curve.knots.knots().end() - p);
+    const samples::OcctKnots knots(period);
+    const int n = curve.knots.control_count();
+    TColgp_Array1OfPnt poles(1, n);
+    TColStd_Array1OfReal weights(1, n);
+    for (int i = 0; i < n; ++i) {
+      const Vec3& c = curve.control[static_cast<std::size_t>(i)];
+      poles.SetValue(i + 1, gp_Pnt(c.x(), c.y(), c.z()));
+      weights.SetValue(i + 1, curve.weights[static_cast<std::size_t>(i)]);
+    }
+    const Handle(Geom_BSplineCurve) oracle =
+        new Geom_BSplineCurve(poles, weights, knots.value_array(), knots.times_array(), p, Standard_True);
+    // Both count poles from the same knot or not: the shift is found once and must then hold everywhere.
+    const auto distance = [&](int shift) {
+      double worst = 0;
+      BSplineCurve turned = curve;
+      for (int i = 0; i < n; ++i) {
+        const auto to = static_cast<std::size_t>((i + shift) % n);
+        turned.control[to] = curve.control[static_cast<std::size_t>(i)];
+        turned.weights[to] = curve.weights[static_cast<std::size_t>(i)];
+      }
+      for (const double u : samples::parameters(curve.knots, 50)) {
+        worst = std::max(worst, (turned.evaluate(u) - samples::to_vec(oracle->Value(u).XYZ())).norm());
+      }
+      return worst;
+    };
+    double best = distance(0);
+    for (int shift = 1; shift < n; ++shift) best = std::min(best, distance(shift));
+    EXPECT_LT(best, 1e-12) << "degree " << p;
+  }
+}
+
+TEST(BSplineCurve, TwoPeriodsAsOneAreTheSameCurve) {
+  Random random(17);
+  for (int p = 1; p <= 7; ++p) {
+    for (int round = 0; round < 10; ++round) {
+      const BSplineCurve curve = samples::random_curve(random, Kind::periodic, p, Weights::random);
+      const long n = curve.knots.control_count();
+      std::vector<double> knots;
+      for (long i = -p; i <= 2 * n + p; ++i) {
+        const long k = i >= 0 ? i / n : -((-i + n - 1) / n);
+        knots.push_back(curve.knots.knots()[static_cast<std::size_t>(i - k * n + p)] +
+                        static_cast<double>(k) * curve.knots.length());
+      }
+      const auto twice = KnotVector::periodic(p, knots);
+      ASSERT_TRUE(twice.ok()) << twice.error().describe();
+      BSplineCurve longer{*twice, curve.control, curve.weights};
+      longer.control.insert(longer.control.end(), curve.control.begin(), curve.control.end());
+      longer.weights.insert(longer.weights.end(), curve.weights.begin(), curve.weights.end());
+      EXPECT_LT(samples::difference(longer, curve), 1e-12) << "degree " << p << " with " << n;
+    }
+  }
+}
+
 TEST(BSplineCurve, DerivativesAreLimitsOfDifferences) {
   Random random(4);
   for (const Weights weights : {Weights::none, Weights::random}) {
