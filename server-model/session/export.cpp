@@ -16,6 +16,7 @@
 #include "server-model/geometry/planar_faces.h"
 #include "server-model/geometry/tessellate.h"
 #include "server-model/model/validate.h"
+#include "server-model/session/export_sculpted.h"
 
 namespace handloft::model {
 
@@ -49,28 +50,55 @@ Result<v1::Export::Format> format_of(const v1::Export& request) {
       "export.path");
 }
 
-Result<std::vector<DualPtr>> chosen(const Document& document, const v1::Export& request) {
+/// What is written, each kind ascending by id.
+struct Chosen {
+  std::vector<DualPtr> shapes;
+  std::vector<SculptPtr> surfaces;
+  std::vector<CadModelPtr> models;
+};
+
+Result<std::set<std::string>> named(const Document& document, const v1::Export& request) {
   std::set<std::string> ids;
   for (int i = 0; i < request.entities_size(); ++i) {
     const std::string field = fmt::format("export.entities[{}]", i);
-    auto entity = require_dual(document, request.entities(i), field);
+    auto entity = require_entity(document, request.entities(i), field);
     if (!entity) return entity.error();
-    if (!(*entity)->fitted()) {
-      return make_error(ErrorCode::failed_precondition,
-                        fmt::format("\"{}\" is not fitted yet", (*entity)->id), field);
+    if ((*entity)->kind() == EntityKind::reference) {
+      return make_error(
+          ErrorCode::invalid_argument,
+          fmt::format("found \"{}\", a reference, expected a dual_shape, sculpt_surface or cad_model",
+                      (*entity)->id),
+          field);
+    }
+    if (const DualPtr shape = as_dual(*entity); shape && !shape->fitted()) {
+      return make_error(ErrorCode::failed_precondition, fmt::format("\"{}\" is not fitted yet", shape->id),
+                        field);
     }
     ids.insert((*entity)->id);
   }
-  std::vector<DualPtr> entities;
+  return ids;
+}
+
+/// Those that are named; else all, but for a model's faces, which are written with it in any case.
+Result<Chosen> chosen(const Document& document, const v1::Export& request) {
+  const auto ids = named(document, request);
+  if (!ids) return ids.error();
+  const auto wanted = [&](const Entity& entity) { return ids->empty() || ids->contains(entity.id); };
+  Chosen result;
   for (const auto& [id, entity] : document.entities) {
-    const DualPtr shape = as_dual(entity);
-    if (shape && (request.entities().empty() ? shape->fitted() : ids.contains(id))) entities.push_back(shape);
+    if (!wanted(*entity)) continue;
+    if (const DualPtr shape = as_dual(entity); shape && shape->fitted()) result.shapes.push_back(shape);
+    if (const CadModelPtr model = as_cad_model(entity)) result.models.push_back(model);
+    if (const SculptPtr surface = as_sculpt(entity)) {
+      const CadModelPtr model = model_of_face(document, *surface);
+      if (!model || !wanted(*model)) result.surfaces.push_back(surface);
+    }
   }
-  if (entities.empty()) {
+  if (result.shapes.empty() && result.surfaces.empty() && result.models.empty()) {
     return make_error(ErrorCode::failed_precondition, "no shape is fitted yet, so there is nothing to export",
                       "export.entities");
   }
-  return entities;
+  return result;
 }
 
 /// The surface as CAD faces: one, but where a boundary curve crosses itself one for each part that it
@@ -153,6 +181,71 @@ exchange::PointCloudExport points_of(const DualShape& shape) {
   return cloud;
 }
 
+/// What goes into a CAD file, with the entities behind each member.
+Status write_cad(const Document& document, const Chosen& entities, exchange::Trim trim,
+                 v1::Export::Format format, const fs::path& path) {
+  std::vector<exchange::SurfaceExport> surfaces;
+  std::vector<exchange::CadFace> faces;
+  std::vector<exchange::ModelExport> models;
+  ShapesOfList ids;
+  for (const DualPtr& shape : entities.shapes) {
+    auto parts = faces_of(*shape, trim);
+    if (!parts) return of_shape(shape->id, parts.error());
+    for (exchange::SurfaceExport& part : *parts) {
+      surfaces.push_back(std::move(part));
+      ids["surfaces"].push_back(shape->id);
+    }
+  }
+  for (const SculptPtr& surface : entities.surfaces) {
+    faces.push_back(to_cad_face(*surface, trim));
+    ids["faces"].push_back(surface->id);
+  }
+  for (const CadModelPtr& model : entities.models) {
+    models.push_back(to_cad_model(document, *model));
+    ids["models"].push_back(model->id);
+  }
+  const exchange::CadContent content{surfaces, faces, models};
+  const Status written =
+      format == v1::Export::IGES ? exchange::write_iges(path, content) : exchange::write_step(path, content);
+  return written ? written : Status(of_request(written.error(), ids));
+}
+
+/// What goes into a mesh file.
+Status write_meshes(const Document& document, const Chosen& entities, exchange::Trim trim,
+                    v1::Export::Format format, const fs::path& path) {
+  std::vector<exchange::MeshExport> meshes;
+  std::vector<exchange::PointCloudExport> clouds;
+  ShapesOfList ids;
+  const auto add = [&](const std::string& id, exchange::MeshExport mesh) {
+    meshes.push_back(std::move(mesh));
+    ids["meshes"].push_back(id);
+  };
+  for (const DualPtr& shape : entities.shapes) {
+    auto mesh = mesh_of(*shape, trim);
+    if (!mesh) return of_shape(shape->id, mesh.error());
+    // A glTF fades out; an OBJ can't, and ends where CAD faces do.
+    if (format == v1::Export::OBJ) mesh->mesh = exchange::cut_at_opacity(mesh->mesh, contour_opacity);
+    add(shape->id, std::move(*mesh));
+    if (format == v1::Export::GLB && shape->representation != Representation::surface) {
+      clouds.push_back(points_of(*shape));
+      ids["clouds"].push_back(shape->id);
+    }
+  }
+  for (const SculptPtr& surface : entities.surfaces) {
+    auto mesh = to_mesh(*surface, trim);
+    if (!mesh) return of_shape(surface->id, mesh.error());
+    add(surface->id, std::move(*mesh));
+  }
+  for (const CadModelPtr& model : entities.models) {
+    auto parts = to_meshes(document, *model);
+    if (!parts) return of_shape(model->id, parts.error());
+    for (exchange::MeshExport& part : *parts) add(model->id, std::move(part));
+  }
+  const Status written = format == v1::Export::GLB ? exchange::write_glb(path, meshes, clouds)
+                                                   : exchange::write_obj(path, meshes);
+  return written ? written : Status(of_request(written.error(), ids));
+}
+
 }  // namespace
 
 Result<Exported> export_document(const Document& document, const v1::Export& request,
@@ -166,57 +259,22 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
 
   Exported exported;
   exported.path = *path;
-  const auto trim = request.untrimmed() ? exchange::Trim::box : exchange::Trim::contour;
-  std::vector<exchange::SurfaceExport> surfaces;
-  std::vector<exchange::MeshExport> meshes;
-  std::vector<exchange::PointCloudExport> clouds;
-  std::vector<std::string> cloud_ids;
-  std::vector<std::string> surface_ids;
-  for (const DualPtr& entity : *entities) {
-    exported.entities.push_back(entity->id);
-    if (entity->stale) {
+  for (const DualPtr& shape : entities->shapes) {
+    exported.entities.push_back(shape->id);
+    if (shape->stale) {
       exported.notes.push_back(
-          fmt::format("\"{}\": exported as it was last fitted; its points have changed since", entity->id));
-    }
-    if (*format != v1::Export::STEP && *format != v1::Export::IGES) {
-      auto mesh = mesh_of(*entity, trim);
-      if (!mesh) return of_shape(entity->id, mesh.error());
-      // A glTF fades out; an OBJ can't, and ends where CAD faces do.
-      if (*format == v1::Export::OBJ) mesh->mesh = exchange::cut_at_opacity(mesh->mesh, contour_opacity);
-      meshes.push_back(std::move(*mesh));
-      if (*format == v1::Export::GLB && entity->representation != Representation::surface) {
-        clouds.push_back(points_of(*entity));
-        cloud_ids.push_back(entity->id);
-      }
-    }
-    if (*format == v1::Export::STEP || *format == v1::Export::IGES) {
-      auto faces = faces_of(*entity, trim);
-      if (!faces) return of_shape(entity->id, faces.error());
-      for (exchange::SurfaceExport& face : *faces) {
-        surfaces.push_back(std::move(face));
-        surface_ids.push_back(entity->id);
-      }
+          fmt::format("\"{}\": exported as it was last fitted; its points have changed since", shape->id));
     }
   }
-  Status written;
-  switch (*format) {
-    case v1::Export::STEP:
-      written = exchange::write_step(*path, surfaces);
-      break;
-    case v1::Export::IGES:
-      written = exchange::write_iges(*path, surfaces);
-      break;
-    case v1::Export::GLB:
-      written = exchange::write_glb(*path, meshes, clouds);
-      break;
-    default:
-      written = exchange::write_obj(*path, meshes);
-      break;
-  }
-  if (!written) {
-    return of_request(written.error(),
-                      {{"surfaces", surface_ids}, {"meshes", exported.entities}, {"clouds", cloud_ids}});
-  }
+  for (const SculptPtr& surface : entities->surfaces) exported.entities.push_back(surface->id);
+  for (const CadModelPtr& model : entities->models) exported.entities.push_back(model->id);
+  std::sort(exported.entities.begin(), exported.entities.end());
+
+  const auto trim = request.untrimmed() ? exchange::Trim::box : exchange::Trim::contour;
+  const bool is_cad = *format == v1::Export::STEP || *format == v1::Export::IGES;
+  const Status written = is_cad ? write_cad(document, *entities, trim, *format, *path)
+                                : write_meshes(document, *entities, trim, *format, *path);
+  if (!written) return written.error();
   return exported;
 }
 

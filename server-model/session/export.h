@@ -1,6 +1,6 @@
 #pragma once
-// The Export operation: fitted shapes of a document to a STEP, glTF or OBJ file (A26). Nothing in the
-// document changes.
+// The Export operation: fitted shapes of a document (A26), sculpted surfaces and imported models with the
+// faces that were sculpted, to a STEP, IGES, glTF or OBJ file. Nothing in the document changes.
 
 #include <filesystem>
 #include <string>
@@ -19,6 +19,9 @@ struct Exported {
   std::vector<std::string> notes;
 };
 
+/// Without named entities: every fitted shape, every sculpted surface and every model. A model's faces are
+/// written with it, and by themselves when they are named and the model is not.
+///
 /// Writes to a temporary file beside the target and renames it, so that a full disk leaves an old file
 /// intact. Errors: not_found (entity), failed_precondition (not fitted, or nothing fitted), unsupported
 /// (unknown extension), io, permission_denied, invalid_argument (a shape that the format can't hold). The

@@ -24,6 +24,7 @@ constexpr std::string_view export_words = "export";
 
 bool reads_files(const v1::Operation& operation) {
   if (operation.has_import_reference()) return !operation.import_reference().has_resolved();
+  if (operation.has_import_model()) return true;  // Also one that brings a model: it is refused there.
   return operation.has_import_strokes() &&
          (!operation.import_strokes().path().empty() || operation.import_strokes().resolved().empty());
 }

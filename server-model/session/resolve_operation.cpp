@@ -10,6 +10,7 @@
 #include "server-model/exchange/reference_import.h"
 #include "server-model/exchange/stroke_import.h"
 #include "server-model/model/validate.h"
+#include "server-model/session/resolve_model.h"
 
 namespace handloft::model {
 
@@ -172,6 +173,7 @@ Result<fs::path> FileAccess::to_write(const std::string& path, const std::string
 Result<v1::Operation> resolve_operation(const v1::Operation& operation, const FileAccess& files,
                                         const Limits& limits) {
   if (operation.has_import_reference()) return resolve_reference(operation, files, limits);
+  if (operation.has_import_model()) return resolve_model(operation, files, limits);
   if (!operation.has_import_strokes()) return operation;
   const v1::ImportStrokes& request = operation.import_strokes();
   if (request.path().empty()) {

@@ -26,6 +26,11 @@ struct FileAccess {
 /// For import_reference with a path: reads the file (exchange::import_reference) and returns the operation
 /// with `resolved` filled, in the world, and path and placement taken out.
 ///
+/// For import_model with a path: reads the file (exchange::import_cad_model) and returns the operation with
+/// `resolved` filled and the path taken out. One that comes with `resolved` is permission_denied unless files
+/// may be anywhere: the CAD kernel trusts a stored model's bytes, so only our own log and our own scripts may
+/// bring them.
+///
 /// For import_strokes with a path: reads the .tilt file, scales and centres the strokes, and returns the
 /// operation with `resolved` filled and the path taken out, so that it means the same everywhere. Any other
 /// operation comes back as it is. Errors: not_found, io, data_corrupt, permission_denied, invalid_argument

@@ -1,0 +1,134 @@
+#include "server-model/session/export_sculpted.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <string_view>
+#include <utility>
+
+#include "server-model/geometry/bspline_tessellate.h"
+#include "server-model/model/sculpt_place.h"
+
+namespace handloft::model {
+namespace {
+
+using geometry::Vec3;
+
+/// From "<model>.face-<number>", as operation.proto promises; 0 when it is no such id.
+std::uint32_t number_of_face(std::string_view id) {
+  const std::size_t dash = id.rfind('-');
+  std::uint32_t number = 0;
+  if (dash != std::string_view::npos) std::from_chars(id.data() + dash + 1, id.data() + id.size(), number);
+  return number;
+}
+
+SculptPtr face_of(const Document& document, const CadModel& model, const std::string& id) {
+  SculptPtr face = as_sculpt(document.find(id));
+  return face && face->model == model.id ? face : nullptr;
+}
+
+void turn_over(geometry::TriangleMesh& mesh) {
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
+    std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
+  for (Vec3& normal : mesh.normals) normal = -normal;
+}
+
+/// Flat triangles: the kept mesh has no normals, and the faces of machines have sharp edges.
+geometry::TriangleMesh flat(const ReferenceMesh& from) {
+  geometry::TriangleMesh mesh;
+  for (const auto& triangle : from.triangles) {
+    std::array<Vec3, 3> corner;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& p = from.positions[triangle[k]];
+      corner[k] = Vec3(p[0], p[1], p[2]);
+    }
+    const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    if (!(across.norm() > 0)) continue;
+    for (const Vec3& p : corner) {
+      mesh.indices.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
+      mesh.positions.push_back(p);
+      mesh.normals.push_back(across.normalized());
+      mesh.opacity.push_back(1.0);
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+CadModelPtr model_of_face(const Document& document, const SculptShape& face) {
+  CadModelPtr model = as_cad_model(document.find(face.model));
+  return model && std::find(model->faces.begin(), model->faces.end(), face.id) != model->faces.end()
+             ? model
+             : nullptr;
+}
+
+exchange::CadFace to_cad_face(const SculptShape& shape, exchange::Trim trim) {
+  exchange::CadFace face{shape.name, *shape.surface, {}, shape.reversed};
+  if (trim == exchange::Trim::box || !shape.trim) return face;
+  for (const std::vector<TrimSpline>& loop : *shape.trim) {
+    auto& curves = face.loops.emplace_back();
+    for (const TrimSpline& curve : loop) curves.push_back({curve.knots, curve.control, curve.weights});
+  }
+  return face;
+}
+
+exchange::ModelExport to_cad_model(const Document& document, const CadModel& model) {
+  exchange::ModelExport result;
+  result.name = model.name;
+  result.boundary_representation = model.boundary_representation;
+  result.metres_per_unit = model.metres_per_unit;
+  result.translation = model.translation;
+  for (const std::string& id : model.faces) {
+    if (const SculptPtr face = face_of(document, model, id)) {
+      result.replaced.push_back({face->face, *face->surface});
+    } else {
+      result.removed.push_back(number_of_face(id));
+    }
+  }
+  return result;
+}
+
+Result<exchange::MeshExport> to_mesh(const SculptShape& shape, exchange::Trim trim) {
+  const geometry::BSplineSurface& surface = *shape.surface;
+  std::vector<geometry::TrimLoop> loops;
+  if (trim != exchange::Trim::box) loops = trim_loops(shape);
+  // Files let loops stand out of the parameters by their tolerance.
+  const geometry::Vec2 lower(surface.u.lower(), surface.v.lower());
+  const geometry::Vec2 upper(surface.u.upper(), surface.v.upper());
+  for (geometry::TrimLoop& loop : loops) {
+    for (geometry::Vec2& place : loop) place = place.cwiseMax(lower).cwiseMin(upper);
+  }
+  auto mesh = loops.empty() ? geometry::tessellate(surface) : geometry::tessellate(surface, std::move(loops));
+  if (!mesh) return mesh.error();
+  if (shape.reversed) turn_over(*mesh);
+  exchange::MeshExport result;
+  result.name = shape.name;
+  result.mesh = std::move(*mesh);
+  return result;
+}
+
+Result<std::vector<exchange::MeshExport>> to_meshes(const Document& document, const CadModel& model) {
+  std::vector<exchange::MeshExport> meshes;
+  if (model.rest) {
+    exchange::MeshExport rest;
+    rest.name = model.name;
+    rest.mesh = flat(*model.rest);
+    if (!rest.mesh.indices.empty()) meshes.push_back(std::move(rest));
+  }
+  for (const std::string& id : model.faces) {
+    const SculptPtr face = face_of(document, model, id);
+    if (!face) continue;
+    auto mesh = to_mesh(*face, exchange::Trim::contour);
+    if (!mesh) {
+      Error error = mesh.error();
+      error.message = "\"" + id + "\": " + error.message;
+      return error;
+    }
+    meshes.push_back(std::move(*mesh));
+  }
+  return meshes;
+}
+
+}  // namespace handloft::model

@@ -1,0 +1,30 @@
+#pragma once
+// Sculpted surfaces and imported models as the exporters take them: faces for CAD, triangles for the rest.
+
+#include <vector>
+
+#include "common/base/result.h"
+#include "server-model/exchange/cad_export.h"
+#include "server-model/exchange/surface_export.h"
+#include "server-model/model/cad_model.h"
+#include "server-model/model/document.h"
+#include "server-model/model/sculpt_shape.h"
+
+namespace handloft::model {
+
+/// The imported model whose face the surface is; null when it is none's, or that one is no more.
+CadModelPtr model_of_face(const Document& document, const SculptShape& face);
+
+/// The present surface within its trim, or, with Trim::box, the whole of it.
+exchange::CadFace to_cad_face(const SculptShape& shape, exchange::Trim trim);
+
+/// The model with its faces as they are sculpted now, less those that were deleted.
+exchange::ModelExport to_cad_model(const Document& document, const CadModel& model);
+
+/// Triangles of the present surface, a tenth of a millimetre from it. Errors: as geometry::tessellate().
+Result<exchange::MeshExport> to_mesh(const SculptShape& shape, exchange::Trim trim);
+
+/// Of a model: its other faces as they were imported, and each sculptable one.
+Result<std::vector<exchange::MeshExport>> to_meshes(const Document& document, const CadModel& model);
+
+}  // namespace handloft::model
