@@ -32,6 +32,21 @@ Box2 box_round(const Vec2& point) {
   return {point, (eps * point.cwiseAbs()).cwiseMax(least_half_extent_m)};
 }
 
+/// About the points that pull; of none, about all. Points of no weight far away would squeeze the others into
+/// a corner.
+Box2 box_about(std::span<const WeightedPoint> points) {
+  const bool any =
+      std::any_of(points.begin(), points.end(), [](const auto& point) { return point.weight > 0; });
+  Vec2 lower = Vec2::Constant(std::numeric_limits<double>::infinity());
+  Vec2 upper = -lower;
+  for (const WeightedPoint& point : points) {
+    if (any && !(point.weight > 0)) continue;
+    lower = lower.cwiseMin(point.position.head<2>());
+    upper = upper.cwiseMax(point.position.head<2>());
+  }
+  return {0.5 * (lower + upper), 0.5 * (upper - lower)};
+}
+
 /// S^T of monomials(u') = S monomials(u), u' = (x - c') / s', u = (x - c) / s: by the binomial theorem of
 /// u' = a u + b. Upper triangular in the order of eq. 2.
 Eigen::MatrixXd change_of_box(int degree, const Box2& from, const Box2& to) {
@@ -151,13 +166,7 @@ void PolynomialFitter::refactor() {
   dirty_ = false;
   ++refactorisations_;
   if (live.empty()) return;
-  Vec2 lower = live.front().position.head<2>();
-  Vec2 upper = lower;
-  for (const WeightedPoint& point : live) {
-    lower = lower.cwiseMin(point.position.head<2>());
-    upper = upper.cwiseMax(point.position.head<2>());
-  }
-  box_ = Box2{0.5 * (lower + upper), 0.5 * (upper - lower)};
+  box_ = box_about(live);
   // A side without length may grow later; solve() asks whether it is one.
   box_.half_extent = box_.half_extent.cwiseMax(box_round(box_.centre).half_extent);
   detail::append_points(detail::ScaledPoints::in_box(live, box_), options_.degree, 1.0, qr_);
@@ -179,6 +188,8 @@ Result<PolynomialFitter::Slot> PolynomialFitter::add(const WeightedPoint& local_
   }
   hold(local_point, slot);
   if (dirty_) return slot;
+  if (local_point.weight == 0) return slot;  // It does not pull: no row, and no say in the box.
+  if (weighted_count_ == 1) box_ = box_round(local_point.position.head<2>());
   make_room_for(local_point.position.head<2>(), local_point.position.head<2>());
   std::array<double, max_coefficients + 1> row;
   detail::weighted_row(local_point, box_, options_.degree, row.data());
@@ -191,8 +202,9 @@ Result<PolynomialFitter::Slot> PolynomialFitter::add(std::span<const WeightedPoi
   if (Status status = detail::check_fit_options(options_); !status.ok()) return status.error();
   if (Status status = detail::check_points(local_points); !status.ok()) return status.error();
   if (live_count_ == 0) forget();
-  const bool few = local_points.size() < live_count_;
+  const bool few = local_points.size() < live_count_ && weighted_count_ > 0;
   const Slot first = slot_count_;
+  const std::size_t weighted_before = weighted_count_;
   if (local_points.empty()) return first;
   for (const WeightedPoint& point : local_points) hold(point, next_slot());
   if (!few) {
@@ -200,13 +212,9 @@ Result<PolynomialFitter::Slot> PolynomialFitter::add(std::span<const WeightedPoi
     return first;
   }
   if (dirty_) return first;
-  Vec2 lower = local_points.front().position.head<2>();
-  Vec2 upper = lower;
-  for (const WeightedPoint& point : local_points) {
-    lower = lower.cwiseMin(point.position.head<2>());
-    upper = upper.cwiseMax(point.position.head<2>());
-  }
-  make_room_for(lower, upper);
+  if (weighted_count_ == weighted_before) return first;  // None of them pulls.
+  const Box2 added = box_about(local_points);
+  make_room_for(added.lower(), added.upper());
   detail::append_points(detail::ScaledPoints::in_box(local_points, box_), options_.degree, 1.0, qr_);
   note_diagonal();
   return first;
@@ -230,6 +238,7 @@ Status PolynomialFitter::remove(Slot slot) {
   if (leaving.point.weight == 0) return {};
   --weighted_count_;
   weight_sum_ -= leaving.point.weight;
+  if (weighted_count_ == 0) dirty_ = true;  // The next that pulls has a box of its own.
   if (dirty_) return {};
   std::array<double, max_coefficients + 1> row;
   detail::weighted_row(leaving.point, box_, options_.degree, row.data());

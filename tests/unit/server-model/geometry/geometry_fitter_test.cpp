@@ -39,6 +39,40 @@ TEST(PolynomialFitter, A27_AddingOneByOneIsTheFitOfAll) {
   }
 }
 
+TEST(PolynomialFitter, A6_PointsOfNoWeightDoNotStretchTheBox) {
+  std::mt19937_64 random(18);
+  const std::vector<WeightedPoint> cloud = test::random_cloud(random, 100);
+  const auto without = fit_polynomial_surface(cloud, {.degree = 6});
+  ASSERT_TRUE(without.ok());
+  const WeightedPoint far{{30, -15, 2}, 0};
+  const auto expect_same = [&](PolynomialFitter& fitter) {
+    const auto fit = fitter.solve();
+    ASSERT_TRUE(fit.ok()) << fit.error().describe();
+    EXPECT_LE(fit->surface.box().half_extent.maxCoeff(), 2 * without->surface.box().half_extent.maxCoeff());
+    EXPECT_LE(distance(fit->surface, without->surface), 1e-11);
+  };
+  PolynomialFitter one_by_one({.degree = 6});
+  ASSERT_TRUE(one_by_one.add(far).ok());
+  for (const WeightedPoint& p : cloud) ASSERT_TRUE(one_by_one.add(p).ok());
+  ASSERT_TRUE(one_by_one.add(far).ok());
+  expect_same(one_by_one);
+
+  PolynomialFitter at_once({.degree = 6});
+  ASSERT_TRUE(at_once.add(std::vector<WeightedPoint>(3, far)).ok());
+  ASSERT_TRUE(at_once.add(cloud).ok());
+  ASSERT_TRUE(at_once.add(std::vector<WeightedPoint>(2, far)).ok());
+  expect_same(at_once);
+
+  // All that pull leave, and others come where the first ones were not.
+  PolynomialFitter again({.degree = 6});
+  ASSERT_TRUE(again.add(far).ok());
+  const auto pulling = again.add(WeightedPoint{{20, 20, 0}, 1});
+  ASSERT_TRUE(pulling.ok());
+  ASSERT_TRUE(again.remove(*pulling).ok());
+  for (const WeightedPoint& p : cloud) ASSERT_TRUE(again.add(p).ok());
+  expect_same(again);
+}
+
 TEST(PolynomialFitter, A27_RemovingIsTheFitOfTheRest) {
   std::mt19937_64 random(21);
   const std::vector<WeightedPoint> cloud = test::random_cloud(random, 300);
