@@ -142,6 +142,14 @@ TEST(GloveTracker, PressureHasHysteresisAndKeepsTheRawValue) {
   EXPECT_DOUBLE_EQ(hand_of(glove).pressure, 1.0);
 }
 
+TEST(GloveTracker, A1_PressureIsTheLevelOver1023) {
+  for (const std::uint16_t level : {std::uint16_t{0}, std::uint16_t{512}, std::uint16_t{1023}}) {
+    GloveTracker glove;
+    for (int ms = 0; ms < 3; ++ms) ASSERT_TRUE(glove.consume(report(ms, 0, level)).ok());
+    EXPECT_EQ(hand_of(glove).pressure, level / 1023.0) << level;
+  }
+}
+
 TEST(GloveTracker, ALostDeviceReleasesEverythingT3) {
   GloveTracker glove;
   for (int ms = 0; ms < 100; ms += 4) ASSERT_TRUE(glove.consume(report(ms, fist | contact_table, 800)).ok());
