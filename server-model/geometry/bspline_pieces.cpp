@@ -91,7 +91,7 @@ void evaluate_bicubic(const double* c, int, int, double s, double t, PieceDeriva
   cubic(t, v.data(), v1.data(), v2.data());
   for (int k = 0; k < 3; ++k) {
     std::array<double, 6> sum{};
-    const double* x = c + 16 * k;
+    const double* x = c + 16 * static_cast<std::size_t>(k);
     for (std::size_t a = 0; a < 4; ++a, x += 4) {
       const double row = v[0] * x[0] + v[1] * x[1] + v[2] * x[2] + v[3] * x[3];
       const double row1 = v1[0] * x[0] + v1[1] * x[1] + v1[2] * x[2] + v1[3] * x[3];
@@ -113,7 +113,7 @@ void evaluate_any(const double* c, int p, int q, double s, double t, PieceDeriva
   Bernstein u, v;
   bernstein(p, s, u);
   bernstein(q, t, v);
-  const auto rows = static_cast<std::size_t>(p + 1), columns = static_cast<std::size_t>(q + 1);
+  const auto rows = static_cast<std::size_t>(p) + 1, columns = static_cast<std::size_t>(q) + 1;
   const auto sums = [&](std::size_t k) {
     return component<std::size_t>(c + k * rows * columns, rows, columns, u.value.data(), u.first.data(),
                                   u.second.data(), v.value.data(), v.first.data(), v.second.data());
@@ -138,7 +138,7 @@ void evaluate_any(const double* c, int p, int q, double s, double t, PieceDeriva
 /// of the p + 1 functions.
 void blossom(const KnotVector& knots, int span, int k, double* row) {
   const int p = knots.degree();
-  const auto order = static_cast<std::size_t>(p + 1);
+  const auto order = static_cast<std::size_t>(p) + 1;
   const std::vector<double>& t = knots.knots();
   const double a = t[static_cast<std::size_t>(span)], b = t[static_cast<std::size_t>(span) + 1];
   std::vector<double> d(order * order, 0.0);
@@ -146,7 +146,8 @@ void blossom(const KnotVector& knots, int span, int k, double* row) {
   for (int r = 1; r <= p; ++r) {
     const double x = r <= p - k ? a : b;
     for (int i = p; i >= r; --i) {
-      const auto g = static_cast<std::size_t>(span - p + i);
+      const auto g =
+          static_cast<std::size_t>(span) - static_cast<std::size_t>(p) + static_cast<std::size_t>(i);
       const double low = t[g], high = t[g + static_cast<std::size_t>(p + 1 - r)];
       const double alpha = (x - low) / (high - low);
       double* to = d.data() + static_cast<std::size_t>(i) * order;
@@ -160,7 +161,7 @@ void blossom(const KnotVector& knots, int span, int k, double* row) {
 
 SpanExtraction::SpanExtraction(const KnotVector& knots) : degree(knots.degree()) {
   const std::vector<int> spans = knots.spans();
-  const auto order = static_cast<std::size_t>(degree + 1);
+  const auto order = static_cast<std::size_t>(degree) + 1;
   matrix.resize(spans.size() * order * order);
   for (std::size_t n = 0; n < spans.size(); ++n) {
     bounds.push_back(knots.knots()[static_cast<std::size_t>(spans[n])]);
@@ -183,7 +184,7 @@ BezierPieces::BezierPieces(const BSplineSurface& surface)
   for (int f = 0; f < surface.v.function_count(); ++f) column_of_.push_back(surface.v.control_of(f));
   control_rows_ = surface.u.control_count();
   control_columns_ = surface.v.control_count();
-  component_ = static_cast<std::size_t>((u_.degree + 1) * (v_.degree + 1));
+  component_ = (static_cast<std::size_t>(u_.degree) + 1) * (static_cast<std::size_t>(v_.degree) + 1);
   stride_ = component_ * (weights_.empty() ? 3 : 4);
   const auto count = static_cast<std::size_t>(rows()) * static_cast<std::size_t>(columns());
   coefficients_.resize(count * stride_);
@@ -204,10 +205,12 @@ void BezierPieces::mark(std::span<const std::uint8_t> moved, std::vector<std::ui
       std::uint8_t any = 0;
       for (int a = 0; a <= u_.degree && any == 0; ++a) {
         const auto row = static_cast<std::size_t>(
-            row_of_[static_cast<std::size_t>(u_.first_function[static_cast<std::size_t>(i)] + a)]);
+            row_of_[static_cast<std::size_t>(u_.first_function[static_cast<std::size_t>(i)]) +
+                    static_cast<std::size_t>(a)]);
         for (int b = 0; b <= v_.degree && any == 0; ++b) {
           const auto column = static_cast<std::size_t>(
-              column_of_[static_cast<std::size_t>(v_.first_function[static_cast<std::size_t>(j)] + b)]);
+              column_of_[static_cast<std::size_t>(v_.first_function[static_cast<std::size_t>(j)]) +
+                         static_cast<std::size_t>(b)]);
           any = moved[row * static_cast<std::size_t>(control_columns_) + column];
         }
       }
@@ -228,8 +231,8 @@ void BezierPieces::update(std::span<const Vec3> control, std::span<const std::ui
 void BezierPieces::extract(std::size_t piece, std::span<const Vec3> control, std::vector<double>& scratch) {
   const auto columns_here = static_cast<std::size_t>(columns());
   const int i = static_cast<int>(piece / columns_here), j = static_cast<int>(piece % columns_here);
-  const auto rows_p = static_cast<std::size_t>(u_.degree + 1),
-             columns_q = static_cast<std::size_t>(v_.degree + 1);
+  const auto rows_p = static_cast<std::size_t>(u_.degree) + 1,
+             columns_q = static_cast<std::size_t>(v_.degree) + 1;
   const std::size_t components = stride_ / component_;
   const double* eu = u_.of(i);
   const double* ev = v_.of(j);

@@ -28,8 +28,8 @@ struct SpanExtraction {
   /// The span that holds u; the nearest one for places outside.
   int find(double u) const;
   const double* of(int span) const {
-    return matrix.data() +
-           static_cast<std::size_t>(span) * static_cast<std::size_t>((degree + 1) * (degree + 1));
+    return matrix.data() + static_cast<std::size_t>(span) * (static_cast<std::size_t>(degree) + 1) *
+                               (static_cast<std::size_t>(degree) + 1);
   }
 };
 

@@ -37,7 +37,7 @@ struct ProjectorData {
     return edge_curves.data() + edge * edge_component() * (pieces.is_rational() ? 4 : 3);
   }
   std::size_t edge_component() const {
-    return static_cast<std::size_t>(pieces.degree_u() + pieces.degree_v() + 1);
+    return static_cast<std::size_t>(pieces.degree_u()) + static_cast<std::size_t>(pieces.degree_v()) + 1;
   }
 
   ProjectorOptions options;
