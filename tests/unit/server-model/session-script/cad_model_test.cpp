@@ -16,6 +16,7 @@
 #include "server-model/model/cad_model.h"
 #include "server-model/model/sculpt_shape.h"
 #include "server-model/session/export.h"
+#include "server-model/session/local_target.h"
 #include "server-model/session/resolve_operation.h"
 #include "tests/support/test_data.h"
 
@@ -259,6 +260,36 @@ TEST_F(CadModels, ADamagedModelIsNamed) {
   EXPECT_EQ(done.error().code, ErrorCode::data_corrupt);
   EXPECT_EQ(done.error().field, "export.entities");
   EXPECT_TRUE(done.error().message.starts_with("\"model-1\": ")) << done.error().message;
+}
+
+// The operation keeps surfaces in metres of their own parameters: what nobody changed must be known again.
+TEST_F(CadModels, AModelThatNobodySculptedComesOutAsItWentIn) {
+  std::vector<fs::path> paths{"two.step"};
+  const fs::path real = "/usr/share/opencascade/data/step/linkrods.step";  // Of the package occt-misc.
+  if (fs::exists(real)) paths.push_back(real);
+  for (const fs::path& path : paths) {
+    FileAccess own = files_;
+    own.scope = FileAccess::Scope::anywhere;
+    LocalTarget target(own);
+    const auto imported = target.submit(import_of(path.string()));
+    ASSERT_TRUE(imported.ok()) << imported.error().describe();
+    v1::Operation operation;
+    operation.mutable_export_()->set_path("out.step");
+    const auto done = target.submit(operation);
+    ASSERT_TRUE(done.ok()) << done.error().describe();
+    exchange::StepReadOptions coarse;
+    coarse.samples_per_side = coarse.samples_per_edge = 1;
+    const auto before = exchange::read_step(path.is_absolute() ? path : folder_.path() / path, coarse);
+    const auto after = exchange::read_step(folder_.path() / "out.step", coarse);
+    ASSERT_TRUE(before.ok() && after.ok());
+    EXPECT_EQ(after->solids, before->solids) << path;
+    EXPECT_EQ(after->closed_shells, before->closed_shells) << path;
+    EXPECT_TRUE(after->valid) << path;
+    ASSERT_EQ(after->faces.size(), before->faces.size()) << path;
+    for (std::size_t i = 0; i < after->faces.size(); ++i) {
+      EXPECT_NEAR(after->faces[i].area_m2, before->faces[i].area_m2, 1e-12) << path << " face " << i + 1;
+    }
+  }
 }
 
 }  // namespace
