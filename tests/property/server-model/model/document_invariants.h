@@ -1,6 +1,7 @@
 #pragma once
 // What holds of every document, whatever was done to it: numbers are numbers, links lead back, images are
-// mirror images (A12), and current fits are the optimum of their points (A8).
+// mirror images (A12), and current fits are the optimum of their points (A8). Sculpted surfaces:
+// sculpting_invariants.h.
 
 #include <fmt/format.h>
 
@@ -10,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "sculpting_invariants.h"
 #include "server-model/geometry/symmetry.h"
 #include "server-model/model/model.h"
 
@@ -176,6 +178,10 @@ inline std::string broken_invariant(const Document& document, const Limits& limi
     if (!document.used_ids->contains(id)) return id + ": an id that was never given";
     if (const DualPtr shape = as_dual(entity)) {
       const std::string broken = broken_shape(document, *shape, limits);
+      if (!broken.empty()) return fmt::format("{}: {}", id, broken);
+    }
+    if (const SculptPtr shape = as_sculpt(entity)) {
+      const std::string broken = broken_sculpt(*shape);
       if (!broken.empty()) return fmt::format("{}: {}", id, broken);
     }
   }

@@ -1,0 +1,148 @@
+// Random sequences of icon operations (issue of sculpting; D6 - D20): none leaves NaN or breaks an invariant,
+// undo gives back every document to the bit (A28), and redo and the replay of the log give the same bits
+// (X2), whatever was kept between operations.
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "any_sculpting.h"
+#include "document_invariants.h"
+#include "server-model/model/canonical.h"
+#include "server-model/model/model.h"
+#include "server-model/model/sculpt_solvers.h"
+#include "tests/support/build_kind.h"
+
+namespace handloft::model {
+namespace {
+
+namespace v1 = handloft::v1;
+
+/// 300 sequences of up to 40 operations, some 1 s; a sanitized build does a tenth.
+constexpr int cases = 100;
+constexpr int sequences_per_case = handloft::test::sanitized ? 1 : 3;
+constexpr int longest_sculpting = 40;
+
+std::string any_sheet_id() {
+  return *rc::gen::element<std::string>("s", "s", "s", "s", "t", "t", "surface-1", "s-model.face-1");
+}
+
+v1::Operation any_other(const char*& name) {
+  v1::Operation operation;
+  switch (test::in_range(0, 4)) {
+    case 0: {
+      name = "transform";
+      auto& request = *operation.mutable_transform();
+      request.add_entities(any_sheet_id());
+      *request.mutable_translation() = test::any_vector(test::bad_sculpting_one_in);
+      request.mutable_rotation()->set_w(1);
+      request.mutable_rotation()->set_y(test::any_length(test::bad_sculpting_one_in));
+      request.set_scale(*rc::gen::element(0.5, 0.9, 1.0, 1.25, 2.0));
+      break;
+    }
+    case 1:
+      name = "duplicate";
+      operation.mutable_duplicate()->set_entity(any_sheet_id());
+      *operation.mutable_duplicate()->mutable_translation() = test::any_vector(test::bad_sculpting_one_in);
+      break;
+    case 2:
+      name = "undo";
+      operation.mutable_undo();
+      break;
+    default:
+      name = "redo";
+      operation.mutable_redo();
+  }
+  return operation;
+}
+
+v1::Operation any_sculpting(const char*& name) {
+  int total = 3;
+  for (const auto& maker : test::sculpting_makers()) total += maker.weight;
+  int pick = test::in_range(0, total);
+  v1::Operation operation;
+  for (const auto& maker : test::sculpting_makers()) {
+    pick -= maker.weight;
+    if (pick >= 0) continue;
+    name = maker.name;
+    maker.fill(any_sheet_id(), operation);
+    return operation;
+  }
+  return any_other(name);
+}
+
+std::vector<v1::Operation> two_sheets() {
+  std::vector<v1::Operation> operations;
+  for (const char* id : {"s", "t"}) {
+    v1::Operation operation;
+    auto& request = *operation.mutable_create_sculpt_surface();
+    request.set_id(id);
+    request.mutable_rectangle()->set_width_m(0.3);
+    request.mutable_rectangle()->set_depth_m(0.2);
+    request.set_control_u(static_cast<std::uint32_t>(test::in_range(6, 11)));
+    request.set_control_v(static_cast<std::uint32_t>(test::in_range(6, 11)));
+    operations.push_back(operation);
+  }
+  return operations;
+}
+
+TEST(SculptingSequences, D20X5X2KeepEveryInvariantUndoRedoAndReplayToTheBit) {
+  std::map<std::string, int> applied;
+  EXPECT_TRUE(rc::check([&] {
+    for (int round = 0; round < sequences_per_case; ++round) {
+      ApplyContext context;
+      context.sculpt_solvers = std::make_shared<SculptSolvers>();
+      Model model({}, context);
+      std::vector<std::string> hashes;  // Of every step that can be undone.
+      std::vector<v1::Operation> log;
+      std::vector<v1::Operation> sequence = two_sheets();
+      std::vector<const char*> names(sequence.size(), "create_sculpt_surface");
+      for (int i = test::in_range(1, longest_sculpting - 1); i > 0; --i) {
+        names.push_back("");
+        sequence.push_back(any_sculpting(names.back()));
+      }
+      std::string hash = document_hash(model.document());
+      for (std::size_t i = 0; i < sequence.size(); ++i) {
+        const auto submitted = model.submit(sequence[i]);
+        const std::string now = document_hash(model.document());
+        if (!submitted || submitted->sequence == 0) {
+          RC_ASSERT(now == hash);
+          continue;
+        }
+        ++applied[names[i]];
+        const std::string broken = test::broken_invariant(model.document(), model.limits());
+        if (!broken.empty()) RC_FAIL(std::string(names[i]) + " left " + broken);
+        log.push_back(submitted->effective);
+        hash = now;
+      }
+      Model replayed;  // It keeps nothing between operations.
+      for (const v1::Operation& each : log) RC_ASSERT(replayed.submit(each).ok());
+      RC_ASSERT(document_hash(replayed.document()) == hash);
+
+      v1::Operation undo, redo;
+      undo.mutable_undo();
+      redo.mutable_redo();
+      while (model.history().undo_steps() > 0) {
+        hashes.push_back(document_hash(model.document()));
+        RC_ASSERT(model.submit(undo).ok());
+      }
+      RC_ASSERT(document_hash(model.document()) == document_hash(Document{}));
+      for (; !hashes.empty(); hashes.pop_back()) {
+        RC_ASSERT(model.submit(redo).ok());
+        RC_ASSERT(document_hash(model.document()) == hashes.back());
+      }
+    }
+  }));
+  // The sequences must reach what they are meant to reach.
+  for (const auto& maker : test::sculpting_makers())
+    EXPECT_GT(applied[maker.name], 10 * sequences_per_case) << maker.name;
+  for (const char* name : {"transform", "duplicate", "undo", "redo"})
+    EXPECT_GT(applied[name], sequences_per_case) << name;
+}
+
+}  // namespace
+}  // namespace handloft::model
