@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,7 @@ struct SurfaceVertex {
 struct SurfaceMesh {
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;  ///< Three a triangle, always valid.
+  std::uint64_t topology = 0;  ///< Meshes of an entity with the same one, not 0, have the same indices.
 };
 
 enum class CurveKind { curve, profile, boundary };
@@ -58,8 +60,29 @@ struct SceneCurve {
 
 enum class Representation { points, surface, both };
 
-/// What an entity is: a shape that hands work on, or an imported mesh to design around (A28).
-enum class EntityKind { dual_shape, reference };
+enum class IconShape { point, curve, region };
+enum class IconProperty { position, derivative, normal };
+enum class IconState { driving, passive, sleeping };
+
+/// What constrains or loads a sculpted surface (D6 - D17), as the server decided its colour.
+struct SceneIcon {
+  std::string id;
+  IconShape shape = IconShape::point;
+  bool load = false;  ///< Else a constraint.
+  IconProperty property = IconProperty::position;
+  IconState state = IconState::driving;
+  Vec3f place;
+  std::optional<Vec3f> direction;  ///< Unit.
+  std::vector<Vec3f> outline;      ///< Of curves and regions; a region's ends where it begins.
+  std::string label;               ///< "R", "V2", ...; empty: none.
+  std::uint32_t colour_rgba = 0;
+  bool target = false;  ///< What a hand would pick now.
+  bool held = false;    ///< Driven now.
+};
+
+/// What an entity is: a shape that hands work on, an imported mesh to design around (A28), a surface that is
+/// sculpted by icons, or the rest of an imported CAD model.
+enum class EntityKind { dual_shape, reference, sculpt_surface, cad_model };
 
 struct Entity {
   std::string id;
@@ -77,6 +100,7 @@ struct Entity {
   /// normals; null: not compared, or not measured yet.
   std::shared_ptr<const std::vector<float>> distances_m;
   std::shared_ptr<const std::vector<SceneCurve>> curves;
+  std::shared_ptr<const std::vector<SceneIcon>> icons;  ///< Null: none.
   double residual_rms_m = 0.0;
 
   bool shows_points() const { return points != nullptr && representation != Representation::surface; }

@@ -8,6 +8,7 @@
 
 #include "client-hmd/mirror/read_curve.h"
 #include "client-hmd/mirror/read_distances.h"
+#include "client-hmd/mirror/read_icons.h"
 #include "common/codec/mesh_codec.h"
 #include "common/codec/point_codec.h"
 
@@ -85,11 +86,15 @@ Result<std::shared_ptr<const PointSet>> merge_points(const PointSet* held, const
   return std::shared_ptr<const PointSet>(std::move(set));
 }
 
-Result<std::shared_ptr<const SurfaceMesh>> read_surface(const v1::Mesh& message, const MirrorLimits& limits) {
+/// The mesh of `message`; one that leaves out its triangles has those of `held` (null: none).
+Result<std::shared_ptr<const SurfaceMesh>> read_surface(const SurfaceMesh* held, const v1::Mesh& message,
+                                                        const MirrorLimits& limits) {
   codec::MeshLimits codec_limits;
   codec_limits.max_vertices = std::min(codec_limits.max_vertices, limits.max_vertices);
   codec_limits.max_coordinate_m = limits.max_coordinate_m;
-  const Result<codec::MeshData> decoded = codec::decode_mesh(message, codec_limits);
+  codec::KnownTriangles known;
+  if (held != nullptr) known = {held->topology, held->indices};
+  Result<codec::MeshData> decoded = codec::decode_mesh(message, codec_limits, known);
   if (!decoded) return within("surface", decoded.error());
   auto mesh = std::make_shared<SurfaceMesh>();
   mesh->vertices.reserve(decoded->positions.size());
@@ -99,7 +104,8 @@ Result<std::shared_ptr<const SurfaceMesh>> read_surface(const v1::Mesh& message,
     mesh->vertices.push_back(
         {{p[0], p[1], p[2]}, {n[0], n[1], n[2]}, static_cast<float>(decoded->opacity[i]) / 255.0F});
   }
-  mesh->indices = decoded->indices;
+  mesh->indices = std::move(decoded->indices);
+  mesh->topology = message.topology();
   return std::shared_ptr<const SurfaceMesh>(std::move(mesh));
 }
 
@@ -136,7 +142,11 @@ Result<Representation> read_representation(v1::Representation representation) {
 Result<EntityKind> read_kind(const std::string& kind) {
   if (kind.empty() || kind == "dual_shape") return EntityKind::dual_shape;
   if (kind == "reference") return EntityKind::reference;
-  return corrupt("kind", fmt::format("found {} bytes, expected dual_shape or reference", kind.size()));
+  if (kind == "sculpt_surface") return EntityKind::sculpt_surface;
+  if (kind == "cad_model") return EntityKind::cad_model;
+  return corrupt("kind",
+                 fmt::format("found {} bytes, expected dual_shape, reference, sculpt_surface or cad_model",
+                             kind.size()));
 }
 
 /// Surface and distances after `state`: distances come with the surface that they belong to, even when only
@@ -151,7 +161,8 @@ Status read_surface_state(const v1::EntityState& state, const MirrorLimits& limi
     entity.distances_m = nullptr;
   }
   if (!surface_comes) return {};
-  Result<std::shared_ptr<const SurfaceMesh>> surface = read_surface(state.surface(), limits);
+  Result<std::shared_ptr<const SurfaceMesh>> surface =
+      read_surface(entity.surface.get(), state.surface(), limits);
   if (!surface) return surface.error();
   entity.surface = std::move(*surface);
   entity.distances_m = nullptr;
@@ -159,6 +170,19 @@ Status read_surface_state(const v1::EntityState& state, const MirrorLimits& limi
   Result<std::vector<float>> distances = read_distances(state.distances(), entity.surface->vertices.size());
   if (!distances) return distances.error();
   entity.distances_m = std::make_shared<const std::vector<float>>(std::move(*distances));
+  return {};
+}
+
+/// Checked also when they are not to be shown, so that nothing hides in a message.
+Status read_icon_state(const v1::EntityState& state, const MirrorLimits& limits, Entity& entity) {
+  Result<std::vector<SceneIcon>> icons =
+      read_icons(state.icons(), {.max_icons = limits.max_icons,
+                                 .max_outline_points = limits.max_curve_points,
+                                 .max_text_bytes = limits.max_text_bytes,
+                                 .max_coordinate_m = limits.max_coordinate_m});
+  if (!icons) return icons.error();
+  if (!state.icons_shown()) return {};
+  entity.icons = icons->empty() ? nullptr : std::make_shared<const std::vector<SceneIcon>>(std::move(*icons));
   return {};
 }
 
@@ -202,6 +226,7 @@ Result<std::shared_ptr<const Entity>> read_entity(const Entity* held, const v1::
   Result<std::shared_ptr<const std::vector<SceneCurve>>> curves = read_curves(state, limits);
   if (!curves) return curves.error();
   if (state.curves_shown()) entity->curves = std::move(*curves);
+  if (const Status icons = read_icon_state(state, limits, *entity); !icons) return icons.error();
   return std::shared_ptr<const Entity>(std::move(entity));
 }
 

@@ -18,6 +18,7 @@ struct MirrorLimits {
   std::size_t max_points = std::size_t{8} << 20;    ///< In the whole scene: 128 MiB.
   std::size_t max_vertices = std::size_t{4} << 20;  ///< In the whole scene: 112 MiB.
   std::size_t max_curve_points = 1'000'000;
+  std::size_t max_icons = 4096;  ///< Of one entity.
   std::size_t max_text_bytes = 256;
   std::size_t max_alternatives = 256;  ///< A document holds 64.
   double max_coordinate_m = 1e4;       ///< As in common/codec: nothing on a table is 10 km away.

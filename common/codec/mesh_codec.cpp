@@ -36,12 +36,10 @@ bool is_coordinate(double value, const MeshLimits& limits) {
   return std::isfinite(value) && std::abs(value) <= limits.max_coordinate_m;
 }
 
-Status check_mesh(const MeshData& mesh, const MeshLimits& limits) {
+Status check_vertices(const MeshData& mesh, const MeshLimits& limits) {
   constexpr ErrorCode bad = ErrorCode::invalid_argument;
   const std::size_t count = mesh.positions.size();
   if (count > limits.max_vertices) return too_many("positions", count, limits.max_vertices);
-  if (mesh.indices.size() > limits.max_indices)
-    return too_many("indices", mesh.indices.size(), limits.max_indices);
   if (mesh.normals.size() != count) {
     return wrong(bad, "normals",
                  fmt::format("found {}, expected one for each of {} positions", mesh.normals.size(), count));
@@ -49,9 +47,6 @@ Status check_mesh(const MeshData& mesh, const MeshLimits& limits) {
   if (mesh.opacity.size() != count) {
     return wrong(bad, "opacity",
                  fmt::format("found {}, expected one for each of {} positions", mesh.opacity.size(), count));
-  }
-  if (mesh.indices.size() % 3 != 0) {
-    return wrong(bad, "indices", fmt::format("found {}, expected three a triangle", mesh.indices.size()));
   }
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -65,6 +60,17 @@ Status check_mesh(const MeshData& mesh, const MeshLimits& limits) {
                      fmt::format("found {}, expected a number", mesh.normals[i][axis]));
       }
     }
+  }
+  return {};
+}
+
+Status check_triangles(const MeshData& mesh, const MeshLimits& limits) {
+  constexpr ErrorCode bad = ErrorCode::invalid_argument;
+  const std::size_t count = mesh.positions.size();
+  if (mesh.indices.size() > limits.max_indices)
+    return too_many("indices", mesh.indices.size(), limits.max_indices);
+  if (mesh.indices.size() % 3 != 0) {
+    return wrong(bad, "indices", fmt::format("found {}, expected three a triangle", mesh.indices.size()));
   }
   for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
     if (mesh.indices[i] >= count) {
@@ -101,8 +107,10 @@ std::array<std::int8_t, 2> encode_octahedral(const std::array<float, 3>& normal)
     y = (1.0F - std::abs(x)) * std::copysign(1.0F, y);
     x = folded_x;
   }
-  return {static_cast<std::int8_t>(std::lround(x * normal_levels)),
-          static_cast<std::int8_t>(std::lround(y * normal_levels))};
+  const auto level = [](float value) {  // To the nearest, without the library's call.
+    return static_cast<std::int8_t>(static_cast<int>(value * normal_levels + std::copysign(0.5F, value)));
+  };
+  return {level(x), level(y)};
 }
 
 std::array<float, 3> decode_octahedral(std::int8_t packed_x, std::int8_t packed_y) {
@@ -118,14 +126,19 @@ std::array<float, 3> decode_octahedral(std::int8_t packed_x, std::int8_t packed_
   return {x / length, y / length, z / length};
 }
 
-Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits) {
-  if (const Status checked = check_mesh(mesh, limits); !checked) return checked.error();
+namespace {
 
-  v1::Mesh message;
+/// To the nearest, for what is not negative: a drag asks for it 150,000 times a frame, and the library's
+/// round is a call each.
+template <typename Integer>
+Integer nearest(double value) {
+  return static_cast<Integer>(value + 0.5);
+}
+
+/// Everything but the triangles. Precondition: check_vertices().
+void write_vertices(const MeshData& mesh, v1::Mesh& message) {
   message.set_vertex_count(static_cast<std::uint32_t>(mesh.positions.size()));
-  message.set_index_count(static_cast<std::uint32_t>(mesh.indices.size()));
-  if (mesh.positions.empty()) return message;
-
+  if (mesh.positions.empty()) return;
   std::array<float, 3> low = mesh.positions.front();
   std::array<float, 3> high = low;
   for (const auto& position : mesh.positions) {
@@ -144,14 +157,17 @@ Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits) {
   message.mutable_origin()->set_z(static_cast<double>(low[2]));
   message.set_step_m(step);
 
+  // A step may be so small that its reciprocal overflows; then divide.
+  const double reciprocal = step > 0.0 ? 1.0 / step : 0.0;
+  const bool multiplies = std::isfinite(reciprocal);
   std::vector<PackedPosition> positions(mesh.positions.size());
   std::vector<PackedNormal> normals(mesh.positions.size());
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     positions[i] = {};
     for (std::size_t axis = 0; axis < 3 && step > 0.0; ++axis) {
       const double offset = static_cast<double>(mesh.positions[i][axis]) - static_cast<double>(low[axis]);
-      positions[i][axis] =
-          static_cast<std::uint16_t>(std::clamp(std::round(offset / step), 0.0, position_levels));
+      const double levels = multiplies ? offset * reciprocal : offset / step;
+      positions[i][axis] = nearest<std::uint16_t>(std::min(levels, position_levels));
     }
     const auto [x, y] = encode_octahedral(mesh.normals[i]);
     normals[i] = {x, y, 0, 0};
@@ -159,6 +175,16 @@ Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits) {
   message.set_positions(encode_vertices(positions));
   message.set_normals(encode_vertices(normals));
   message.set_opacity(std::string(mesh.opacity.begin(), mesh.opacity.end()));
+}
+
+}  // namespace
+
+Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits) {
+  if (const Status checked = check_vertices(mesh, limits); !checked) return checked.error();
+  if (const Status checked = check_triangles(mesh, limits); !checked) return checked.error();
+  v1::Mesh message;
+  write_vertices(mesh, message);
+  message.set_index_count(static_cast<std::uint32_t>(mesh.indices.size()));
   if (!mesh.indices.empty()) {
     std::string bytes(meshopt_encodeIndexBufferBound(mesh.indices.size(), mesh.positions.size()), '\0');
     bytes.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(bytes.data()), bytes.size(),
@@ -168,7 +194,22 @@ Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits) {
   return message;
 }
 
-Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits) {
+Result<v1::Mesh> encode_mesh(const MeshData& mesh, const v1::Mesh& same_triangles, const MeshLimits& limits) {
+  if (const Status checked = check_vertices(mesh, limits); !checked) return checked.error();
+  if (mesh.positions.size() != same_triangles.vertex_count()) {
+    return wrong(ErrorCode::invalid_argument, "positions",
+                 fmt::format("found {}, expected as many as the triangles were made for, {}",
+                             mesh.positions.size(), same_triangles.vertex_count()));
+  }
+  v1::Mesh message;
+  write_vertices(mesh, message);
+  message.set_index_count(same_triangles.index_count());
+  message.set_indices(same_triangles.indices());
+  message.set_topology(same_triangles.topology());
+  return message;
+}
+
+Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits, const KnownTriangles& known) {
   constexpr ErrorCode bad = ErrorCode::data_corrupt;
   const std::size_t count = message.vertex_count();
   const std::size_t index_count = message.index_count();
@@ -184,7 +225,13 @@ Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits) 
         bad, "opacity",
         fmt::format("found {} bytes, expected one for each of {} vertices", message.opacity().size(), count));
   }
-  if (message.indices().size() < index_count / 3) {
+  const bool left_out = message.topology() != 0 && message.indices().empty() && index_count != 0;
+  if (left_out && (message.topology() != known.topology || known.indices.size() != index_count)) {
+    return wrong(
+        bad, "indices",
+        fmt::format("found none, but the {} of topology {} are not known", index_count, message.topology()));
+  }
+  if (!left_out && message.indices().size() < index_count / 3) {
     return wrong(bad, "indices",
                  fmt::format("found {} bytes, expected at least one for each of {} triangles",
                              message.indices().size(), index_count / 3));
@@ -222,8 +269,12 @@ Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits) 
         bad, "normals",
         fmt::format("{} bytes are not a vertex stream of {} vertices", message.normals().size(), count));
   }
-  mesh.indices.resize(index_count);
-  if (index_count != 0 &&
+  if (left_out) {
+    mesh.indices.assign(known.indices.begin(), known.indices.end());
+  } else {
+    mesh.indices.resize(index_count);
+  }
+  if (index_count != 0 && !left_out &&
       meshopt_decodeIndexBuffer(mesh.indices.data(), index_count, sizeof(std::uint32_t),
                                 reinterpret_cast<const unsigned char*>(message.indices().data()),
                                 message.indices().size()) != 0) {

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/base/result.h"
@@ -39,9 +40,21 @@ struct MeshLimits {
 /// count that is not a multiple of three; resource_exhausted above the limits.
 Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits = {});
 
+/// The same for a mesh whose triangles are those of an earlier message: a surface that is dragged. The
+/// indices of `mesh` are not looked at. Errors: as above; invalid_argument for another number of vertices.
+Result<v1::Mesh> encode_mesh(const MeshData& mesh, const v1::Mesh& same_triangles,
+                             const MeshLimits& limits = {});
+
+/// Triangles that the receiver has, for messages that leave them out (Mesh.topology).
+struct KnownTriangles {
+  std::uint64_t topology = 0;  ///< 0: none are known.
+  std::span<const std::uint32_t> indices;
+};
+
 /// The mesh of a message that may come from anybody. Errors: data_corrupt or resource_exhausted, naming the
-/// field.
-Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits = {});
+/// field; data_corrupt, too, for a message without triangles when they are not those that are known.
+Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits = {},
+                             const KnownTriangles& known = {});
 
 /// A unit normal as two signed bytes and back. A zero vector counts as +z.
 std::array<std::int8_t, 2> encode_octahedral(const std::array<float, 3>& normal);

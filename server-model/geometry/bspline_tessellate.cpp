@@ -118,12 +118,14 @@ std::vector<SurfaceCell> surface_cells(const BSplineSurface& surface, const Span
         const Vec2 shares = bends.shares(cell.lower, cell.upper);
         // Four triangles meet in most corners: about as many vertices as boxes.
         const bool full = done.size() + open.size() + next.size() >= options.max_vertices;
-        if (!(shares.sum() > options.chord_tolerance_m) || full ||
+        const Vec2 wide = side.cwiseQuotient(domain) / (options.largest_cell * (1 + 1e-9));
+        const bool too_wide = wide.maxCoeff() > 1;
+        if ((!(shares.sum() > options.chord_tolerance_m) && !too_wide) || full ||
             (side - least_cell * domain).minCoeff() <= 0) {
           done.push_back(cell);
           continue;
         }
-        axis = shares.x() >= shares.y() ? 0 : 1;
+        axis = (too_wide ? wide.x() >= wide.y() : shares.x() >= shares.y()) ? 0 : 1;
         at = cell.lower[axis];
       }
       if (at == cell.lower[axis]) {
@@ -168,6 +170,12 @@ std::uint32_t SurfaceVertices::at(const Vec2& uv) {
   return found->second;
 }
 
+std::vector<Vec2> SurfaceVertices::parameters() const {
+  std::vector<Vec2> all(mesh_.positions.size());
+  for (const auto& [uv, vertex] : index_) all[vertex] = {uv.first, uv.second};
+  return all;
+}
+
 void SurfaceVertices::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   if (a == b || b == c || c == a) return;
   mesh_.indices.insert(mesh_.indices.end(), {a, b, c});
@@ -179,6 +187,11 @@ Status check_options(const SurfaceMeshOptions& options) {
         ErrorCode::invalid_argument,
         fmt::format("found {} m, expected at least {}", options.chord_tolerance_m, least_tolerance_m),
         "chord_tolerance_m");
+  }
+  if (!(options.largest_cell >= least_cell)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {}, expected at least {}", options.largest_cell, least_cell),
+                      "largest_cell");
   }
   if (options.max_vertices < 4 || options.max_vertices > most_vertices) {
     return make_error(ErrorCode::invalid_argument,

@@ -18,6 +18,8 @@ struct SurfaceMeshOptions {
     as_given,  ///< Exactly the places of the loops become vertices on them: what neighbours must agree on.
   };
   LoopPlaces loop_places = LoopPlaces::refined;
+  /// No box of parameters is wider than this share of the surface: below 1 for flat ones that will be bent.
+  double largest_cell = 1;
   std::size_t max_vertices = 200'000;  ///< Refines while it has fewer; at most 4 million.
 };
 
@@ -27,9 +29,10 @@ Result<TriangleMesh> tessellate(const BSplineSurface& surface, const SurfaceMesh
 
 /// The part within loops (even-odd rule: an outer loop and its holes). Errors: as above, as
 /// TrimRegion::create says, and invalid_argument for loops that cross, failed_precondition for none or no
-/// area.
+/// area. With `parameters` not null, the place of each vertex on the surface: for a mesh that will follow it.
 Result<TriangleMesh> tessellate(const BSplineSurface& surface, std::vector<TrimLoop> loops,
-                                const SurfaceMeshOptions& options = {});
+                                const SurfaceMeshOptions& options = {},
+                                std::vector<Vec2>* parameters = nullptr);
 
 /// A loop with places added until its straight parts in (u, v) stay within the tolerance on the surface (A
 /// bound decides, so both faces at an edge may come to other places: share one's). At most `max_places`.

@@ -39,6 +39,8 @@ class SurfaceVertices {
   /// Leaves out triangles with a vertex twice.
   void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
   const Vec3& place(std::uint32_t vertex) const { return mesh_.positions[vertex]; }
+  /// Where each vertex is, by its number.
+  std::vector<Vec2> parameters() const;
   TriangleMesh take() && { return std::move(mesh_); }
 
  private:

@@ -131,7 +131,7 @@ Result<TrimLoop> refined_loop(const BSplineSurface& surface, const TrimLoop& loo
 }
 
 Result<TriangleMesh> tessellate(const BSplineSurface& surface, std::vector<TrimLoop> loops,
-                                const SurfaceMeshOptions& options) {
+                                const SurfaceMeshOptions& options, std::vector<Vec2>* parameters) {
   if (const Status status = check(surface); !status.ok()) return status.error();
   if (const Status status = detail::check_options(options); !status.ok()) return status.error();
   const Vec2 lower(surface.u.lower(), surface.v.lower()), upper(surface.u.upper(), surface.v.upper());
@@ -198,6 +198,7 @@ Result<TriangleMesh> tessellate(const BSplineSurface& surface, std::vector<TrimL
     const std::uint32_t first = vertices.at(places[a]), second = vertices.at(places[b]);
     vertices.triangle(first, second, vertices.at(places[c]));
   }
+  if (parameters != nullptr) *parameters = vertices.parameters();
   return std::move(vertices).take();
 }
 

@@ -39,7 +39,8 @@ MeshCache::MeshCache(Run run, std::function<void()> ready, MeshCacheOptions opti
     : run_(std::move(run)),
       ready_(std::move(ready)),
       options_(options),
-      references_(run_, ready_, options.max_unused) {}
+      references_(run_, ready_, options.max_unused),
+      sculpted_(run_, ready_, options.sculpting) {}
 
 std::shared_ptr<const v1::Mesh> MeshCache::find(const model::DualShape& shape) {
   if (!shape.fit) return nullptr;
@@ -93,12 +94,14 @@ void MeshCache::make(const std::shared_ptr<Entry>& entry, const model::DualShape
 
 void MeshCache::begin_round() {
   references_.begin_round();
+  sculpted_.begin_round();
   const std::lock_guard lock(mutex_);
   ++round_;
 }
 
 void MeshCache::end_round() {
   references_.end_round();
+  sculpted_.end_round();
   const std::lock_guard lock(mutex_);
   std::size_t unused = 0;
   for (auto entry = entries_.begin(); entry != entries_.end();) {
@@ -109,8 +112,13 @@ void MeshCache::end_round() {
 }
 
 MeshCacheStatistics MeshCache::statistics() const {
+  const SculptCache::Statistics sculpted = sculpted_.statistics();
   const std::lock_guard lock(mutex_);
-  return statistics_;
+  MeshCacheStatistics all = statistics_;
+  all.made += sculpted.made;
+  all.failed += sculpted.failed;
+  all.pending += sculpted.pending;
+  return all;
 }
 
 }  // namespace handloft::stream

@@ -14,6 +14,7 @@
 #include "server-model/geometry/tessellate.h"
 #include "server-model/model/dual_shape.h"
 #include "server-model/stream/reference_cache.h"
+#include "server-model/stream/sculpt_cache.h"
 
 namespace handloft::stream {
 
@@ -24,6 +25,7 @@ Result<v1::Mesh> surface_mesh(const model::DualShape& shape,
 
 struct MeshCacheOptions {
   geometry::TessellationOptions tessellation;
+  SculptMeshOptions sculpting;
   std::size_t max_unused = 32;  ///< Meshes kept for undo and redo, some 100 KiB each; others are made anew.
 };
 
@@ -52,10 +54,12 @@ class MeshCache {
   void begin_round();
   void end_round();
 
+  /// Of fitted and sculpted surfaces together.
   MeshCacheStatistics statistics() const;
 
   /// Kept in the same rounds, by the same workers.
   ReferenceCache& references() { return references_; }
+  SculptCache& sculpted() { return sculpted_; }
 
  private:
   struct Entry {
@@ -72,6 +76,7 @@ class MeshCache {
   std::function<void()> ready_;
   MeshCacheOptions options_;
   ReferenceCache references_;
+  SculptCache sculpted_;
   mutable std::mutex mutex_;
   std::list<std::shared_ptr<Entry>> entries_;  ///< Most recently used first.
   std::uint64_t round_ = 0;

@@ -7,19 +7,35 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "proto/scene.pb.h"
 #include "server-model/model/dual_shape.h"
 
 namespace handloft::stream {
 
+/// What hands or 3D mice are about to do, or do, with an icon of a sculpted surface.
+struct IconMark {
+  enum class Kind : std::uint8_t {
+    target,  ///< Would be picked now.
+    held,    ///< Is driven now.
+  };
+  std::string entity;
+  std::string icon;
+  Kind kind = Kind::target;
+
+  bool operator==(const IconMark&) const = default;
+};
+
 struct SceneEntity {
   model::EntityPtr entity;  ///< Never null.
   std::uint64_t revision = 0;
   bool provisional = false;
   bool selected = false;
-  bool target = false;  ///< A hand acts on it now, or would.
-  /// Packed triangles of a dual shape's fit or of a reference; null: not fitted, or not yet made.
+  bool target = false;               ///< A hand acts on it now, or would.
+  std::vector<IconMark> icon_marks;  ///< Of this entity.
+  /// Packed triangles of a dual shape's fit, a reference, a sculpted surface or what is not sculptable of a
+  /// CAD model; null: not fitted, or not yet made.
   std::shared_ptr<const v1::Mesh> surface;
   /// Of the surface's vertices to the nearest reference (EntityState.distances); null: no reference, or not
   /// yet measured.

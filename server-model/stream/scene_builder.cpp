@@ -1,6 +1,10 @@
 #include "server-model/stream/scene_builder.h"
 
 #include <algorithm>
+#include <iterator>
+
+#include "server-model/model/cad_model.h"
+#include "server-model/model/sculpt_shape.h"
 
 namespace handloft::stream {
 
@@ -14,7 +18,8 @@ v1::HistoryState history_state(const model::History& history) {
 }
 
 ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selected,
-                             std::int64_t capture_time_ns, std::span<const std::string> targets) {
+                             std::int64_t capture_time_ns, std::span<const std::string> targets,
+                             std::span<const IconMark> icons) {
   auto scene = std::make_shared<Scene>();
   scene->epoch = epoch_;
   scene->sequence = model.sequence();
@@ -41,6 +46,16 @@ ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selecte
         seen.distances = meshes_.references().find_distances(seen.surface, references);
       } else if (const model::ReferencePtr reference = model::as_reference(entity)) {
         seen.surface = meshes_.references().find_mesh(reference->mesh);
+      } else if (const model::CadModelPtr cad = model::as_cad_model(entity)) {
+        if (cad->rest) seen.surface = meshes_.references().find_mesh(cad->rest);
+      } else if (const model::SculptPtr sculpted = model::as_sculpt(entity)) {
+        using Moment = SculptCache::Moment;
+        seen.surface =
+            meshes_.sculpted().find(sculpted, seen.provisional ? Moment::dragged : Moment::settled);
+        // Every frame of a drag has another mesh; measuring them all would hold up what is to be seen.
+        if (!seen.provisional) seen.distances = meshes_.references().find_distances(seen.surface, references);
+        std::copy_if(icons.begin(), icons.end(), std::back_inserter(seen.icon_marks),
+                     [&id = id](const IconMark& mark) { return mark.entity == id; });
       }
     }
   };

@@ -22,9 +22,9 @@ class SceneBuilder {
   SceneBuilder(std::uint64_t epoch, MeshCache& meshes) : epoch_(epoch), meshes_(meshes) {}
 
   /// `selected`: the id that gestures act on, may be empty. `capture_time_ns`: see Scene. `targets`: ids of
-  /// what hands act on now or would.
+  /// what hands act on now or would; `icons`: which icons.
   ScenePtr build(const model::Model& model, std::string_view selected, std::int64_t capture_time_ns,
-                 std::span<const std::string> targets = {});
+                 std::span<const std::string> targets = {}, std::span<const IconMark> icons = {});
 
  private:
   std::uint64_t epoch_;

@@ -7,8 +7,11 @@
 
 #include "common/codec/point_codec.h"
 #include "server-model/geometry/fuzzy_point.h"
+#include "server-model/model/cad_model.h"
 #include "server-model/model/reference_shape.h"
+#include "server-model/model/sculpt_shape.h"
 #include "server-model/stream/curves.h"
+#include "server-model/stream/icons.h"
 
 namespace handloft::stream {
 namespace {
@@ -18,6 +21,7 @@ constexpr double pressure_levels = 1023.0;
 
 /// What an entity's state takes besides its points and mesh: names, flags, tags.
 constexpr std::size_t entity_overhead_bytes = 512;
+constexpr std::size_t icon_overhead_bytes = 128;
 
 codec::FuzzyStyle style_of(std::uint32_t level) {
   codec::FuzzyStyle style;
@@ -116,6 +120,21 @@ void Viewer::reset() {
   held_.clear();
 }
 
+namespace {
+
+void copy_without_triangles(const v1::Mesh& from, v1::Mesh& to) {
+  to.set_vertex_count(from.vertex_count());
+  to.set_index_count(from.index_count());
+  *to.mutable_origin() = from.origin();
+  to.set_step_m(from.step_m());
+  to.set_positions(from.positions());
+  to.set_normals(from.normals());
+  to.set_opacity(from.opacity());
+  to.set_topology(from.topology());
+}
+
+}  // namespace
+
 bool Viewer::is_current(const Held& held, const SceneEntity& entity) const {
   const bool surface_current =
       !entity.surface || (held.surface == entity.surface && held.distances == entity.distances);
@@ -123,7 +142,8 @@ bool Viewer::is_current(const Held& held, const SceneEntity& entity) const {
   const std::size_t points = shape ? shape->points.size() : 0;
   return surface_current && held.points == points && held.entity.entity == entity.entity &&
          held.entity.revision == entity.revision && held.entity.provisional == entity.provisional &&
-         held.entity.selected == entity.selected && held.entity.target == entity.target;
+         held.entity.selected == entity.selected && held.entity.target == entity.target &&
+         held.entity.icon_marks == entity.icon_marks;
 }
 
 void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity,
@@ -136,7 +156,10 @@ void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity
   state.set_selected(entity.selected);
   state.set_target(entity.target);
   if (const model::DualPtr shape = model::as_dual(entity.entity)) update_dual(held, *shape, entity, state);
-  if (model::as_reference(entity.entity)) {
+  const model::SculptPtr sculpted = model::as_sculpt(entity.entity);
+  const model::CadModelPtr cad = model::as_cad_model(entity.entity);
+  if (sculpted && icons_differ(held.entity, entity)) write_icons(entity, state);
+  if (sculpted || (cad && cad->rest) || model::as_reference(entity.entity)) {
     state.set_representation(v1::REPRESENTATION_SURFACE);
     state.set_surface_shown(true);
     update_surface(held, entity, state);
@@ -147,7 +170,14 @@ void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity
 void Viewer::update_surface(Held& held, const SceneEntity& entity, v1::EntityState& state) {
   if (!entity.surface) return;
   if (held.surface == entity.surface && held.distances == entity.distances) return;
-  *state.mutable_surface() = *entity.surface;
+  // Of a surface that is dragged, the viewer has the triangles: two thirds of the work for both.
+  const bool same_triangles = held.surface && entity.surface->topology() != 0 &&
+                              held.surface->topology() == entity.surface->topology();
+  if (same_triangles) {
+    copy_without_triangles(*entity.surface, *state.mutable_surface());
+  } else {
+    *state.mutable_surface() = *entity.surface;
+  }
   if (entity.distances) state.set_distances(*entity.distances);
   held.surface = entity.surface;
   held.distances = entity.distances;
@@ -191,6 +221,7 @@ std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
                state.surface().positions().size() + state.surface().normals().size() +
                state.surface().opacity().size() + state.surface().indices().size() + state.distances().size();
       for (const v1::Polyline& curve : state.curves()) bytes += curve.points().size();
+      for (const v1::Icon& icon : state.icons()) bytes += icon_overhead_bytes + icon.outline().size();
     }
   };
 
