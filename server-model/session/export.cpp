@@ -232,7 +232,7 @@ Status write_meshes(const Document& document, const Chosen& entities, exchange::
     }
   }
   for (const SculptPtr& surface : entities.surfaces) {
-    auto mesh = to_mesh(*surface, trim);
+    auto mesh = to_mesh(surface, trim);
     if (!mesh) return of_shape(surface->id, mesh.error());
     add(surface->id, std::move(*mesh));
   }

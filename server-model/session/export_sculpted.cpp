@@ -90,7 +90,21 @@ exchange::ModelExport to_cad_model(const Document& document, const CadModel& mod
   return result;
 }
 
-Result<exchange::MeshExport> to_mesh(const SculptShape& shape, exchange::Trim trim) {
+namespace {
+
+/// As of imported references: a tenth of a millimetre, more of what is larger than 5 m.
+double chord_of(const std::vector<SculptPtr>& faces) {
+  constexpr double chord_tolerance_m = 1e-4;
+  constexpr double chord_fraction = 2e-5;
+  Eigen::AlignedBox3d box;
+  for (const SculptPtr& face : faces) {
+    for (const Vec3& p : face->surface->control) box.extend(p);
+  }
+  return box.isEmpty() ? chord_tolerance_m
+                       : std::max(chord_tolerance_m, chord_fraction * box.diagonal().norm());
+}
+
+Result<exchange::MeshExport> mesh_within(const SculptShape& shape, exchange::Trim trim, double chord_m) {
   const geometry::BSplineSurface& surface = *shape.surface;
   std::vector<geometry::TrimLoop> loops;
   if (trim != exchange::Trim::box) loops = trim_loops(shape);
@@ -100,13 +114,22 @@ Result<exchange::MeshExport> to_mesh(const SculptShape& shape, exchange::Trim tr
   for (geometry::TrimLoop& loop : loops) {
     for (geometry::Vec2& place : loop) place = place.cwiseMax(lower).cwiseMin(upper);
   }
-  auto mesh = loops.empty() ? geometry::tessellate(surface) : geometry::tessellate(surface, std::move(loops));
+  geometry::SurfaceMeshOptions options;
+  options.chord_tolerance_m = chord_m;
+  auto mesh = loops.empty() ? geometry::tessellate(surface, options)
+                            : geometry::tessellate(surface, std::move(loops), options);
   if (!mesh) return mesh.error();
   if (shape.reversed) turn_over(*mesh);
   exchange::MeshExport result;
   result.name = shape.name;
   result.mesh = std::move(*mesh);
   return result;
+}
+
+}  // namespace
+
+Result<exchange::MeshExport> to_mesh(const SculptPtr& shape, exchange::Trim trim) {
+  return mesh_within(*shape, trim, chord_of({shape}));
 }
 
 Result<std::vector<exchange::MeshExport>> to_meshes(const Document& document, const CadModel& model) {
@@ -117,13 +140,16 @@ Result<std::vector<exchange::MeshExport>> to_meshes(const Document& document, co
     rest.mesh = flat(*model.rest);
     if (!rest.mesh.indices.empty()) meshes.push_back(std::move(rest));
   }
+  std::vector<SculptPtr> faces;
   for (const std::string& id : model.faces) {
-    const SculptPtr face = face_of(document, model, id);
-    if (!face) continue;
-    auto mesh = to_mesh(*face, exchange::Trim::contour);
+    if (SculptPtr face = face_of(document, model, id)) faces.push_back(std::move(face));
+  }
+  const double chord_m = chord_of(faces);
+  for (const SculptPtr& face : faces) {
+    auto mesh = mesh_within(*face, exchange::Trim::contour, chord_m);
     if (!mesh) {
       Error error = mesh.error();
-      error.message = "\"" + id + "\": " + error.message;
+      error.message = "\"" + face->id + "\": " + error.message;
       return error;
     }
     meshes.push_back(std::move(*mesh));

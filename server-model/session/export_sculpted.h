@@ -21,10 +21,11 @@ exchange::CadFace to_cad_face(const SculptShape& shape, exchange::Trim trim);
 /// The model with its faces as they are sculpted now, less those that were deleted.
 exchange::ModelExport to_cad_model(const Document& document, const CadModel& model);
 
-/// Triangles of the present surface, a tenth of a millimetre from it. Errors: as geometry::tessellate().
-Result<exchange::MeshExport> to_mesh(const SculptShape& shape, exchange::Trim trim);
+/// Triangles of the present surface, a tenth of a millimetre from it, or 1/50,000 of its size where that is
+/// more. Errors: as geometry::tessellate().
+Result<exchange::MeshExport> to_mesh(const SculptPtr& shape, exchange::Trim trim);
 
-/// Of a model: its other faces as they were imported, and each sculptable one.
+/// Of a model, whose size counts then: its other faces as they were imported, and each sculptable one.
 Result<std::vector<exchange::MeshExport>> to_meshes(const Document& document, const CadModel& model);
 
 }  // namespace handloft::model
