@@ -59,9 +59,20 @@ inline geometry::Vec2 shown_at(const SculptIcon& icon) {
   return icon.parameters.back();
 }
 
+/// How nearly constraints are met, of the size: 1e-9. A short curve that is held at many places says what the
+/// surface is far beyond its ends, with the error of extrapolating: what is held there, besides, is met as
+/// nearly as the condition of both together lets it (ConstraintFactor::dependence).
+inline double met_within(const SculptShape& shape) {
+  const bool curved = std::any_of(shape.icons->begin(), shape.icons->end(), [](const SculptIcon& icon) {
+    return icon.acts() && icon.role == IconRole::constraint && icon.shape == IconShape::curve;
+  });
+  return curved ? 1e-7 : 1e-9;
+}
+
 /// D6 - D8, D11: what an acting constraint demands, met.
 inline std::string broken_constraint(const SculptIcon& icon, const SculptShape& shape, double size) {
   using geometry::Vec3;
+  const double allowed = met_within(shape) * size;
   if (!icon.acts() || icon.role != IconRole::constraint || icon.shape == IconShape::curve) return "";
   const geometry::BSplineSurface& surface = *shape.surface;
   const auto moved = [&](const Vec3& p) {
@@ -80,7 +91,7 @@ inline std::string broken_constraint(const SculptIcon& icon, const SculptShape& 
     if (!points || points->size() != icon.reference->size()) return "a region of other control points";
     for (std::size_t i = 0; i < points->size(); ++i) {
       const double off = (surface.control[(*points)[i]] - moved((*icon.reference)[i])).norm();
-      if (!(off <= 1e-9 * size)) return fmt::format("a region that is off by {} m", off);
+      if (!(off <= allowed)) return fmt::format("a region that is off by {} m", off);
     }
     return "";
   }
@@ -92,7 +103,7 @@ inline std::string broken_constraint(const SculptIcon& icon, const SculptShape& 
     // Tangents are differences of neighbours: of coordinates, a span apart.
     const double span =
         std::min(surface.u.length(), surface.v.length()) / static_cast<double>(surface.control.size());
-    if (!(off <= 1e-9 * size / span)) return fmt::format("a normal that is off by {}", off);
+    if (!(off <= allowed / span)) return fmt::format("a normal that is off by {}", off);
     return "";
   }
   const auto [a, b] = orders_of(icon.property);
@@ -109,7 +120,7 @@ inline std::string broken_constraint(const SculptIcon& icon, const SculptShape& 
           ? moved(icon.reference->front())
           : Vec3(icon.rotation * icon.reference->front() + icon.translation / std::pow(arrow_m, a + b));
   const double off = (value - target).norm();
-  if (!(off <= 1e-9 * weight * size))
+  if (!(off <= allowed * weight))
     return fmt::format("a {} constraint that is off by {}, of {}", to_string(icon.property), off, weight);
   return "";
 }
