@@ -71,6 +71,9 @@ void Window::on_key(int key, int action) {
     case GLFW_KEY_D:
       input_.toggle_distances = true;
       break;
+    case GLFW_KEY_Z:
+      input_.toggle_zebra = true;
+      break;
     case GLFW_KEY_1:
       camera_->look(StandardView::perspective);
       break;

@@ -21,6 +21,7 @@ struct WindowInput {
   bool screenshot = false;
   bool toggle_head = false;
   bool toggle_distances = false;
+  bool toggle_zebra = false;
   bool fit_view = false;
 };
 

@@ -17,6 +17,8 @@ constexpr glm::vec4 track{0.11F, 0.14F, 0.19F, 0.14F};
 constexpr glm::vec4 pressing_bar{0.91F, 0.40F, 0.16F, 1.0F};
 constexpr glm::vec4 resting_bar{0.36F, 0.45F, 0.56F, 1.0F};
 
+constexpr std::size_t longest_icon = 24;
+
 std::string plural(std::size_t count, std::string_view noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
@@ -208,9 +210,14 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
   }
   if (!status.target.empty())
     model.push_back({"acts on " + status.target, pressing_bar * glm::vec4(0.85F, 0.85F, 0.85F, 1.0F)});
+  if (!status.icon.empty()) {
+    model.push_back({(status.icon_held ? "drags " : "aims at ") + shortened(status.icon, longest_icon),
+                     pressing_bar * glm::vec4(0.85F, 0.85F, 0.85F, 1.0F)});
+  }
   model.push_back({plural(status.shapes, "shape"), faint_ink});
   model.push_back({plural(status.surfaces, "surface"), faint_ink});
   if (status.references > 0) model.push_back({plural(status.references, "reference"), faint_ink});
+  if (status.icons > 0) model.push_back({plural(status.icons, "icon"), faint_ink});
   model.push_back({plural(status.points, "point"), faint_ink});
   if (status.history.undo_steps > 0) model.push_back({fmt::format("↶ {}", status.history.undo_steps), ink});
   if (status.history.redo_steps > 0) model.push_back({fmt::format("↷ {}", status.history.redo_steps), ink});

@@ -36,7 +36,10 @@ struct HudStatus {
   Alternatives alternatives;               ///< Told when there is more than one.
   std::string selected;                    ///< Name of the shape that gestures act on.
   std::optional<Representation> representation;
-  std::string target;  ///< Name of what the hand would act on, where that is not what is selected.
+  std::string target;     ///< Name of what the hand would act on, where that is not what is selected.
+  std::size_t icons = 0;  ///< On sculpted surfaces (D17).
+  std::string icon;       ///< The one that is held or, if none is, aimed at.
+  bool icon_held = false;
   History history;
 };
 

@@ -117,6 +117,7 @@ class App {
         }
       }
       if (input.toggle_distances) distances_ = !distances_;
+      if (input.toggle_zebra) shading_ = shading_ == Shading::zebra ? Shading::studio : Shading::zebra;
       if (input.fit_view) fit_wanted_ = true;
       if (input.screenshot) save_from_window(begin);
       width_px_ = window->width_px();
@@ -167,6 +168,7 @@ class App {
     request.display_time = now + options_.display_latency;
     request.late_warp = late_warp;
     if (distances_) request.distances = DistanceScale{static_cast<float>(options_.distance_range_mm / 1e3)};
+    request.shading = shading_;
     if (tracking_ != nullptr) request.latency_ms = model_->statistics().capture_to_receipt.quantile_ms(0.5);
     return compose_frame(request, {model, tracking_.get(), film_.get()},
                          [this](std::string_view text) { return renderer_->measure_text(text); });
@@ -255,6 +257,7 @@ class App {
   OrbitCamera orbit_;
   CameraMode camera_ = options_.camera;
   bool distances_ = options_.distances;
+  Shading shading_ = options_.shading;
   bool fit_wanted_ = options_.view == ViewChoice::fit;
   std::shared_ptr<const Scene> fitted_;  ///< What the view was fitted to last.
   int width_px_ = options_.width_px;

@@ -132,6 +132,16 @@ void add_gestures(const ModelState& model, Frame& frame) {
   }
 }
 
+/// What is held counts before what is aimed at.
+void add_icons(const std::vector<SceneIcon>& icons, HudStatus& status) {
+  status.icons += icons.size();
+  for (const SceneIcon& icon : icons) {
+    if (!icon.held && (!icon.target || !status.icon.empty())) continue;
+    status.icon = icon.id;
+    status.icon_held = icon.held;
+  }
+}
+
 HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
                      const TrackingStatus& tracking) {
   const ModelState& model = *sources.model;
@@ -165,6 +175,7 @@ HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
       if (entity->surface != nullptr) ++status.surfaces;
       if (entity->distances_m != nullptr) ++status.compared;
     }
+    if (entity->icons != nullptr) add_icons(*entity->icons, status);
     if (entity->points != nullptr) status.points += entity->points->points.size();
     if (entity->selected) {
       status.selected = entity->name;
@@ -188,6 +199,7 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   frame.film = std::move(view.film);
   frame.warp = view.warp;
   frame.distances = request.distances;
+  frame.shading = request.shading;
   frame.palette_page = palette_page(*sources.model);
   if (tracking.hand) {
     add_cursor(sources.tracking->fingers_at(view.time), *tracking.hand,

@@ -30,7 +30,8 @@ struct FrameRequest {
   /// Rotate the finished picture to the display time; not for pictures that are kept.
   bool late_warp = false;
   std::optional<DistanceScale> distances;  ///< Show those of shapes to references.
-  double latency_ms = 0.0;                 ///< Capture to client, median; 0: unknown.
+  Shading shading = Shading::studio;
+  double latency_ms = 0.0;  ///< Capture to client, median; 0: unknown.
 };
 
 /// Everything but the HUD's text sizes, which need a font: `measure` as in layout_hud().

@@ -46,7 +46,8 @@ Result<std::pair<int, int>> parse_size(const std::string& text) {
 Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   ParsedOptions parsed;
   HmdOptions& options = parsed.options;
-  std::string model, tracking, size = "1280x720", when = "end", camera = "orbit", view = "table";
+  std::string model, tracking, size = "1280x720", when = "end", camera = "orbit", view = "table",
+                               shading = "studio";
   double duration_s = 0.0;
   double display_latency_ms = 16.0;
 
@@ -66,6 +67,11 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("distances", options.distances, "Colour shapes by their distances to references");
   table.add("distance_range", options.distance_range_mm, "Distance at the ends of the colours",
             {.min = 0.01, .max = 1000, .value_name = "MM"});
+  table.add(
+      "shading", shading,
+      "How surfaces look: lit as in a studio, or with the mirrored stripes that show how smooth they are "
+      "(in a window: key Z)",
+      {.choices = {"studio", "zebra"}});
   table.add("once", options.once, "Take one screenshot of the scene as it is, then end");
   table.add("duration", duration_s, "End after so many seconds; 0: not",
             {.min = 0, .max = 1e6, .value_name = "S"});
@@ -96,6 +102,7 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   std::tie(options.width_px, options.height_px) = *pixels;
   options.camera = camera == "head" ? CameraMode::head : CameraMode::orbit;
   options.view = view == "fit" ? ViewChoice::fit : ViewChoice::table;
+  options.shading = shading == "zebra" ? Shading::zebra : Shading::studio;
   options.duration = from_seconds(duration_s);
   options.display_latency = from_seconds(display_latency_ms / 1e3);
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "client-hmd/render/frame.h"
 #include "common/base/clock.h"
 #include "common/base/config.h"
 #include "common/base/result.h"
@@ -43,7 +44,8 @@ struct HmdOptions {
   double offscreen_scale =
       0.5;                 ///< Size of frames that nobody sees, against that of the screenshot; same reason.
   bool distances = false;  ///< Show shapes' distances to references from the beginning (A28).
-  double distance_range_mm = 5.0;  ///< At the ends of their colours; as DistanceScale's.
+  double distance_range_mm = 5.0;     ///< At the ends of their colours; as DistanceScale's.
+  Shading shading = Shading::studio;  ///< At first; in a window, key Z changes it.
   std::string log_level = "info";
 };
 

@@ -226,6 +226,29 @@ void FlatPass::draw_palette(const Frame& frame, const EyeUniforms& eye) {
   glDepthMask(GL_TRUE);
 }
 
+void FlatPass::draw_labels(std::span<const SpaceLabel> labels, const EyeUniforms& eye) {
+  const auto axis = [&eye](int row) {
+    return glm::vec3(eye.eye_from_world[0][row], eye.eye_from_world[1][row], eye.eye_from_world[2][row]);
+  };
+  constexpr glm::vec4 face{0.93F, 0.935F, 0.94F, 0.85F}, ink{0.018F, 0.035F, 0.07F, 1.0F};
+  for (const SpaceLabel& label : labels) {
+    const Sheet sheet{label.position, axis(0), -axis(1)};
+    const float h = label.height_m;
+    const float width = large_.atlas.measure(label.text) * h;
+    const glm::vec2 size{width + 0.6F * h, 1.3F * h};
+    const float left = label.to_left ? -size.x : 0.0F;
+    add_panel(sheet, {{left, -0.5F * size.y}, size, 0.35F * h, face});
+    add_text(sheet, large_, {label.text, {left + 0.3F * h, 0.36F * h}, h, ink, TextAlign::left});
+  }
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_FALSE);
+  // The text lies in its panel's plane.
+  glDepthFunc(GL_LEQUAL);
+  flush(eye.clip_from_eye * eye.eye_from_world, large_);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
+}
+
 void FlatPass::draw_overlay(const Overlay& overlay, int width_px, int height_px) {
   const Sheet sheet;
   for (const OverlayPanel& panel : overlay.panels) add_panel(sheet, panel);

@@ -4,6 +4,7 @@
 
 #include "client-hmd/render/font_atlas.h"
 #include "client-hmd/render/frame.h"
+#include "client-hmd/render/icon_pass.h"
 #include "client-hmd/render/surface_pass.h"
 
 namespace handloft::client {
@@ -14,6 +15,8 @@ class FlatPass {
 
   /// Into the linear picture, with depth test, blended: call after the table.
   void draw_palette(const Frame& frame, const EyeUniforms& eye);
+  /// Words beside icons: into the linear picture, blended; surfaces before them hide them.
+  void draw_labels(std::span<const SpaceLabel> labels, const EyeUniforms& eye);
   /// Into the output (sRGB values), in its pixels.
   void draw_overlay(const Overlay& overlay, int width_px, int height_px);
 

@@ -76,6 +76,12 @@ struct Overlay {
   std::vector<OverlayText> texts;
 };
 
+/// How surfaces are lit.
+enum class Shading {
+  studio,  ///< Lamps and soft reflections.
+  zebra,   ///< Stripes that are mirrored: bent where the curvature changes, broken where the tangent does.
+};
+
 struct Frame {
   std::shared_ptr<const Scene> scene;  ///< Null: an empty one.
   Eye eye;
@@ -88,6 +94,7 @@ struct Frame {
   int palette_page = first_palette_page;                      ///< Whose cells the table shows.
   std::optional<PaletteCommand> touched;                      ///< The palette's cell under the hand.
   std::optional<DistanceScale> distances;                     ///< Shapes show theirs (A28); references fade.
+  Shading shading = Shading::studio;
   Overlay overlay;
   glm::mat3 warp{1.0F};  ///< rotation_warp(): drawn pixel from display pixel.
 };

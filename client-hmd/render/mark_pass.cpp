@@ -14,41 +14,6 @@ constexpr float plane_half_extent_m = 0.11F;
 constexpr float lying_normal_z =
     0.7F;  ///< A plane whose normal leans up more than this lies rather than stands.
 
-constexpr std::string_view billboard_vertex_glsl = R"glsl(
-uniform mat4 u_eye_from_world;
-uniform mat4 u_clip_from_eye;
-uniform vec3 u_centre;
-uniform float u_reach;
-out vec2 corner;
-out vec3 centre_in_eye;
-void main() {
-  corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
-  centre_in_eye = (u_eye_from_world * vec4(u_centre, 1.0)).xyz;
-  gl_Position = u_clip_from_eye * vec4(centre_in_eye + vec3(corner * u_reach, 0.0), 1.0);
-}
-)glsl";
-
-constexpr std::string_view ball_glsl = R"glsl(
-in vec2 corner;
-in vec3 centre_in_eye;
-uniform mat4 u_eye_from_world;
-uniform mat4 u_clip_from_eye;
-uniform float u_reach;
-uniform vec3 u_colour;
-uniform float u_opacity;
-void main() {
-  float r2 = dot(corner, corner);
-  if (r2 > 1.0) discard;
-  vec3 in_eye_normal = vec3(corner, sqrt(1.0 - r2));
-  vec3 surface = centre_in_eye + in_eye_normal * u_reach;
-  vec4 clip = u_clip_from_eye * vec4(surface, 1.0);
-  gl_FragDepth = clip.z / clip.w * 0.5 + 0.5;
-  vec3 normal = transpose(mat3(u_eye_from_world)) * in_eye_normal;
-  vec3 to_eye = transpose(mat3(u_eye_from_world)) * normalize(-surface);
-  emit(studio_light(normal, to_eye, u_colour, 0.8), u_opacity, -surface.z);
-}
-)glsl";
-
 constexpr std::string_view ring_glsl = R"glsl(
 in vec2 corner;
 layout(location = 0) out vec4 out_colour;
@@ -110,10 +75,8 @@ Result<MarkPass> MarkPass::create() {
     std::string_view name, vertex;
     std::vector<std::string_view> fragment;
   };
-  const std::array recipes{
-      Recipe{&pass.ball_, "ball", billboard_vertex_glsl, {emit_glsl, studio_light_glsl, ball_glsl}},
-      Recipe{&pass.ring_, "ring", billboard_vertex_glsl, {ring_glsl}},
-      Recipe{&pass.plane_, "plane", plane_vertex_glsl, {emit_glsl, plane_glsl}}};
+  const std::array recipes{Recipe{&pass.ring_, "ring", billboard_vertex_glsl, {ring_glsl}},
+                           Recipe{&pass.plane_, "plane", plane_vertex_glsl, {emit_glsl, plane_glsl}}};
   for (const Recipe& recipe : recipes) {
     const std::array vertex{recipe.vertex};
     Result<GlProgram> program = GlProgram::build(recipe.name, vertex, recipe.fragment);
@@ -121,6 +84,9 @@ Result<MarkPass> MarkPass::create() {
     *recipe.program = std::move(*program);
   }
   pass.no_vertices_ = GlVertexArray::create();
+  Result<BallPass> balls = BallPass::create();
+  if (!balls) return balls.error();
+  pass.balls_ = std::move(*balls);
   Result<RibbonPass> ribbons = RibbonPass::create();
   if (!ribbons) return ribbons.error();
   pass.ribbons_ = std::move(*ribbons);
@@ -128,16 +94,10 @@ Result<MarkPass> MarkPass::create() {
 }
 
 void MarkPass::draw_balls(const Frame& frame, const EyeUniforms& eye, Stage stage) {
-  ball_.use();
-  set_common_uniforms(ball_, eye, stage);
-  ball_.set("u_reach", fingertip_radius_m);
-  glBindVertexArray(no_vertices_.id());
+  balls_.begin(eye, stage);
   for (const FingerMark& finger : frame.fingers) {
     if ((finger.opacity >= 1.0F) != (stage == Stage::opaque)) continue;
-    ball_.set("u_centre", finger.position);
-    ball_.set("u_colour", finger.colour);
-    ball_.set("u_opacity", finger.opacity);
-    glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    balls_.draw({finger.position, fingertip_radius_m, finger.colour, finger.opacity});
   }
 }
 

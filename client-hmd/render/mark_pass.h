@@ -2,6 +2,7 @@
 // The cursor and other marks in space: fingertips as small lit balls, the ring that shows pressure, the plane
 // of symmetry, and the curves of shapes.
 
+#include "client-hmd/render/ball_pass.h"
 #include "client-hmd/render/frame.h"
 #include "client-hmd/render/ribbon_pass.h"
 
@@ -21,10 +22,10 @@ class MarkPass {
  private:
   void draw_balls(const Frame& frame, const EyeUniforms& eye, Stage stage);
 
-  GlProgram ball_;
   GlProgram plane_;
   GlProgram ring_;
   GlVertexArray no_vertices_;
+  BallPass balls_;
   RibbonPass ribbons_;
 };
 

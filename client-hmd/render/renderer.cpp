@@ -6,6 +6,7 @@
 
 #include "client-hmd/render/flat_pass.h"
 #include "client-hmd/render/gesture_pass.h"
+#include "client-hmd/render/icon_pass.h"
 #include "client-hmd/render/mark_pass.h"
 #include "client-hmd/render/stage_pass.h"
 #include "client-hmd/render/targets.h"
@@ -74,6 +75,7 @@ struct Renderer::Implementation {
   PointPass points;
   MarkPass marks;
   GesturePass gestures;
+  IconPass icons;
   FlatPass flat;
   GlProgram resolve;
   GlProgram copy;
@@ -199,6 +201,7 @@ struct Renderer::Implementation {
     }
 
     surfaces.show_distances(frame.distances);
+    surfaces.show_shading(frame.shading);
     targets.bind_picture();
     glViewport(0, 0, width, height);
     glDepthMask(GL_TRUE);
@@ -212,6 +215,7 @@ struct Renderer::Implementation {
     glDisable(GL_BLEND);
     surfaces.draw(*scene, eye, Stage::opaque);
     marks.draw_opaque(frame, eye);
+    icons.draw(*scene, eye);
     if (options.transparency == Transparency::depth_peeling) {
       blend_peeled(frame, eye);
     } else {
@@ -219,6 +223,8 @@ struct Renderer::Implementation {
     }
     targets.bind_picture();
     gestures.draw(frame, eye);
+    icons.draw_halos(*scene, eye);
+    flat.draw_labels(icon_labels(*scene, eye), eye);
     marks.draw_cursor(frame, eye);
 
     glBindFramebuffer(GL_FRAMEBUFFER, target);
@@ -258,7 +264,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create() {
   for (const Status& made :
        {take(StagePass::create(), parts->stage), take(SurfacePass::create(), parts->surfaces),
         take(PointPass::create(), parts->points), take(MarkPass::create(), parts->marks),
-        take(GesturePass::create(), parts->gestures), take(FlatPass::create(), parts->flat),
+        take(GesturePass::create(), parts->gestures), take(IconPass::create(), parts->icons),
+        take(FlatPass::create(), parts->flat),
         take(GlProgram::build("resolve", vertex, resolve), parts->resolve),
         take(GlProgram::build("copy", vertex, copy), parts->copy),
         take(GlProgram::build("present", vertex, present), parts->present)}) {

@@ -10,6 +10,20 @@ void main() {
 }
 )glsl";
 
+const std::string_view billboard_vertex_glsl = R"glsl(
+uniform mat4 u_eye_from_world;
+uniform mat4 u_clip_from_eye;
+uniform vec3 u_centre;
+uniform float u_reach;
+out vec2 corner;
+out vec3 centre_in_eye;
+void main() {
+  corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
+  centre_in_eye = (u_eye_from_world * vec4(u_centre, 1.0)).xyz;
+  gl_Position = u_clip_from_eye * vec4(centre_in_eye + vec3(corner * u_reach, 0.0), 1.0);
+}
+)glsl";
+
 const std::string_view emit_glsl = R"glsl(
 layout(location = 0) out vec4 out_colour;
 layout(location = 1) out vec4 out_weight;

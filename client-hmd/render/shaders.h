@@ -8,6 +8,10 @@ namespace handloft::client {
 /// A triangle over the whole picture; passes `uv` in 0..1.
 extern const std::string_view fullscreen_vertex_glsl;
 
+/// A square about u_centre towards the eye, as a strip of four: passes `corner` in -1..1 and `centre_in_eye`;
+/// u_reach is half its side.
+extern const std::string_view billboard_vertex_glsl;
+
 /// emit(colour, alpha, eye_depth): writes a fragment for the stage that `u_stage` names (see Stage).
 extern const std::string_view emit_glsl;
 

@@ -44,6 +44,20 @@ uniform float u_range;       // Of the distances shown; 0: none.
 uniform vec3 u_negative;
 uniform vec3 u_nought;
 uniform vec3 u_positive;
+uniform float u_stripes;     // Of the mirrored room, from its one side to the other; 0: none.
+
+// A room of long parallel lamps along y: what their reflections do on a surface is what an eye for cars looks at.
+vec3 zebra(vec3 n, vec3 to_eye) {
+  vec3 mirrored = reflect(-to_eye, n);
+  float turn = atan(mirrored.x, abs(mirrored.z) + 1e-4) / 3.14159265 * u_stripes;
+  float wave = abs(fract(turn) - 0.5) * 2.0;
+  float soft = clamp(2.0 * fwidth(turn), 0.02, 1.0);
+  float lit = smoothstep(0.5 - soft, 0.5 + soft, wave);
+  vec3 body = mix(vec3(0.018, 0.022, 0.030), vec3(0.80, 0.82, 0.84), lit);
+  float facing = clamp(dot(n, to_eye), 0.0, 1.0);
+  return body * (0.72 + 0.28 * facing);
+}
+
 void main() {
   vec3 to_eye = normalize(u_eye_position - world);
   vec3 n = normalize(normal);
@@ -54,6 +68,7 @@ void main() {
     base = mix(u_nought, share < 0.0 ? u_negative : u_positive, abs(share));
   }
   vec3 lit = studio_light(front ? n : -n, to_eye, base, front ? u_gloss : 0.35 * u_gloss);
+  if (u_stripes > 0.0) lit = zebra(front ? n : -n, to_eye);
   float line = 1.0 - smoothstep(0.5, 1.4, abs(opacity - 0.5) / max(fwidth(opacity), 1e-4));
   float alpha = clamp(opacity, 0.0, 1.0);
   lit = mix(lit, vec3(0.03, 0.05, 0.09), 0.75 * line);
@@ -75,6 +90,9 @@ constexpr Material reference{{0.225F, 0.205F, 0.175F}, {0.195F, 0.175F, 0.150F},
 constexpr float faded_presence = 0.15F;   ///< Of a reference, while distances to it are shown.
 constexpr float distance_gloss = 0.1F;    ///< Reflections would wash the colours out ...
 constexpr float distance_albedo = 0.75F;  ///< ... as would light on a bright base.
+
+/// Fewer say little of a flat face, more run together on a round one.
+constexpr float zebra_stripes = 14.0F;
 
 constexpr GLuint distance_attribute = 3;
 
@@ -122,16 +140,22 @@ void SurfacePass::update(const Scene& scene) {
       resident.vertices = GlBuffer::create();
       resident.indices = GlBuffer::create();
     }
-    resident.mesh = entity->surface;
     const SurfaceMesh& mesh = *entity->surface;
+    // A surface that is dragged keeps its triangles.
+    const bool same_triangles = resident.mesh != nullptr && mesh.topology != 0 &&
+                                resident.mesh->topology == mesh.topology &&
+                                resident.mesh->indices.size() == mesh.indices.size();
+    resident.mesh = entity->surface;
     glBindVertexArray(resident.array.id());
     glBindBuffer(GL_ARRAY_BUFFER, resident.vertices.id());
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(SurfaceVertex)),
                  mesh.vertices.data(), GL_DYNAMIC_DRAW);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, resident.indices.id());
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-                 static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)), mesh.indices.data(),
-                 GL_DYNAMIC_DRAW);
+    if (!same_triangles) {
+      glBufferData(GL_ELEMENT_ARRAY_BUFFER,
+                   static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)), mesh.indices.data(),
+                   GL_DYNAMIC_DRAW);
+    }
     const auto attribute = [](GLuint index, GLint count, std::size_t at) {
       glEnableVertexAttribArray(index);
       glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(SurfaceVertex), offset(at));
@@ -182,6 +206,8 @@ void SurfacePass::draw(const Scene& scene, const EyeUniforms& eye, Stage stage) 
     // On the table it throws its whole shadow.
     const bool faded = scale_ && is_reference && stage != Stage::coverage;
     program_.set("u_presence", faded ? faded_presence : 1.0F);
+    const bool striped = shading_ == Shading::zebra && !is_reference && !compared;
+    program_.set("u_stripes", striped ? zebra_stripes : 0.0F);
     program_.set("u_range", compared ? scale_->range_m : 0.0F);
     glBindVertexArray(found->second.array.id());
     glDrawElements(GL_TRIANGLES, found->second.index_count, GL_UNSIGNED_INT, nullptr);

@@ -11,6 +11,7 @@
 
 #include "client-hmd/mirror/scene.h"
 #include "client-hmd/render/distance_map.h"
+#include "client-hmd/render/frame.h"
 #include "client-hmd/render/gl.h"
 #include "client-hmd/render/shaders.h"
 #include "client-hmd/render/transparency.h"
@@ -36,6 +37,8 @@ class SurfacePass {
   void update(const Scene& scene);
   /// From now on; nullopt: shapes look like what they are. One without distances does so always.
   void show_distances(const std::optional<DistanceScale>& scale) { scale_ = scale; }
+  /// From now on, for all but references and what shows its distances.
+  void show_shading(Shading shading) { shading_ = shading; }
   void draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const;
   /// Triangles of the scene as last updated.
   std::size_t triangle_count() const;
@@ -56,6 +59,7 @@ class SurfacePass {
   GlProgram program_;
   std::map<std::string, Resident> residents_;
   std::optional<DistanceScale> scale_;
+  Shading shading_ = Shading::studio;
 };
 
 /// Sets the uniforms that emit_glsl and the vertex shaders share.

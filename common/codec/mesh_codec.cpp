@@ -18,10 +18,10 @@ static_assert(std::endian::native == std::endian::little,
 
 /// meshoptimizer's vertex codec wants strides that are multiples of four: the fourth component is padding.
 using PackedPosition = std::array<std::uint16_t, 4>;
-using PackedNormal = std::array<std::int8_t, 4>;
+using PackedNormal = std::array<std::int16_t, 2>;
 
 constexpr double position_levels = 65535.0;
-constexpr float normal_levels = 127.0F;
+constexpr float normal_levels = 2047.0F;
 
 Error too_many(std::string_view field, std::size_t found, std::size_t limit) {
   return make_error(ErrorCode::resource_exhausted, fmt::format("found {}, expected at most {}", found, limit),
@@ -97,7 +97,7 @@ bool decode_vertices(const std::string& bytes, std::vector<Packed>& vertices) {
 
 }  // namespace
 
-std::array<std::int8_t, 2> encode_octahedral(const std::array<float, 3>& normal) {
+std::array<std::int16_t, 2> encode_octahedral(const std::array<float, 3>& normal) {
   const float sum = std::abs(normal[0]) + std::abs(normal[1]) + std::abs(normal[2]);
   if (!(sum > 0.0F) || !std::isfinite(sum)) return {0, 0};
   float x = normal[0] / sum;
@@ -108,14 +108,14 @@ std::array<std::int8_t, 2> encode_octahedral(const std::array<float, 3>& normal)
     x = folded_x;
   }
   const auto level = [](float value) {  // To the nearest, without the library's call.
-    return static_cast<std::int8_t>(static_cast<int>(value * normal_levels + std::copysign(0.5F, value)));
+    return static_cast<std::int16_t>(static_cast<int>(value * normal_levels + std::copysign(0.5F, value)));
   };
   return {level(x), level(y)};
 }
 
-std::array<float, 3> decode_octahedral(std::int8_t packed_x, std::int8_t packed_y) {
-  float x = std::max(-1.0F, static_cast<float>(packed_x) / normal_levels);
-  float y = std::max(-1.0F, static_cast<float>(packed_y) / normal_levels);
+std::array<float, 3> decode_octahedral(std::int16_t packed_x, std::int16_t packed_y) {
+  float x = std::clamp(static_cast<float>(packed_x) / normal_levels, -1.0F, 1.0F);
+  float y = std::clamp(static_cast<float>(packed_y) / normal_levels, -1.0F, 1.0F);
   const float z = 1.0F - std::abs(x) - std::abs(y);
   if (z < 0.0F) {
     const float unfolded_x = (1.0F - std::abs(y)) * std::copysign(1.0F, x);
@@ -170,7 +170,7 @@ void write_vertices(const MeshData& mesh, v1::Mesh& message) {
       positions[i][axis] = nearest<std::uint16_t>(std::min(levels, position_levels));
     }
     const auto [x, y] = encode_octahedral(mesh.normals[i]);
-    normals[i] = {x, y, 0, 0};
+    normals[i] = {x, y};
   }
   message.set_positions(encode_vertices(positions));
   message.set_normals(encode_vertices(normals));

@@ -1,8 +1,8 @@
 #pragma once
-// Triangle meshes on the wire: positions in 16 bits within their bounding box, octahedral normals in 2 x 8
-// bits, opacity in 8 bits (A23), vertex and index streams entropy-coded with meshoptimizer. The decoder
-// treats its input as hostile: every count is held against a limit and against the bytes that are really
-// there before anything is allocated.
+// Triangle meshes on the wire: positions in 16 bits within their bounding box, octahedral normals in 2 x 12
+// bits (stripes on a surface show the steps of fewer), opacity in 8 bits (A23), vertex and index streams
+// entropy-coded with meshoptimizer. The decoder treats its input as hostile: every count is held against a
+// limit and against the bytes that are really there before anything is allocated.
 //
 // Octahedral normals: Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors",
 // JCGT 2014.
@@ -35,9 +35,9 @@ struct MeshLimits {
 };
 
 /// The mesh, quantised. Positions come back within half of `step_m` per axis (plus float rounding), normals
-/// within one degree, opacity and triangles as they were (a triangle's corners may be rotated, its winding is
-/// kept). Errors: invalid_argument naming the field for NaN, unequal lengths, an index out of range or a
-/// count that is not a multiple of three; resource_exhausted above the limits.
+/// within a tenth of a degree, opacity and triangles as they were (a triangle's corners may be rotated, its
+/// winding is kept). Errors: invalid_argument naming the field for NaN, unequal lengths, an index out of
+/// range or a count that is not a multiple of three; resource_exhausted above the limits.
 Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits = {});
 
 /// The same for a mesh whose triangles are those of an earlier message: a surface that is dragged. The
@@ -56,8 +56,9 @@ struct KnownTriangles {
 Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits = {},
                              const KnownTriangles& known = {});
 
-/// A unit normal as two signed bytes and back. A zero vector counts as +z.
-std::array<std::int8_t, 2> encode_octahedral(const std::array<float, 3>& normal);
-std::array<float, 3> decode_octahedral(std::int8_t x, std::int8_t y);
+/// A unit normal as two numbers in -2047..2047 and back. A zero vector counts as +z; what is beyond counts as
+/// the ends.
+std::array<std::int16_t, 2> encode_octahedral(const std::array<float, 3>& normal);
+std::array<float, 3> decode_octahedral(std::int16_t x, std::int16_t y);
 
 }  // namespace handloft::codec

@@ -16,6 +16,8 @@ namespace {
 using handloft::client::Entity;
 using handloft::client::SceneMirror;
 
+constexpr std::size_t most_icons = 100, most_curve_points = 10'000;
+
 void require(bool condition) {
   if (!condition) std::abort();
 }
@@ -36,6 +38,19 @@ void check(const SceneMirror& mirror) {
     if (entity->distances_m != nullptr) {
       require(entity->surface != nullptr && entity->distances_m->size() == entity->surface->vertices.size());
       for (const float distance : *entity->distances_m) require(std::isfinite(distance));
+    }
+    if (entity->icons != nullptr) {
+      require(entity->icons->size() <= most_icons);
+      std::size_t outlines = 0;
+      for (const auto& icon : *entity->icons) {
+        require(!icon.id.empty() && icon.id.size() <= 256 && icon.label.size() <= 16);
+        require(std::isfinite(icon.place.x + icon.place.y + icon.place.z));
+        if (icon.direction)
+          require(std::abs(std::hypot(icon.direction->x, icon.direction->y, icon.direction->z) - 1) < 0.01F);
+        for (const auto& point : icon.outline) require(std::isfinite(point.x + point.y + point.z));
+        outlines += icon.outline.size();
+      }
+      require(outlines <= most_curve_points);
     }
     if (entity->surface != nullptr) {
       for (const std::uint32_t index : entity->surface->indices)
@@ -67,6 +82,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   handloft::client::MirrorLimits limits;
   limits.max_points = 10'000;
   limits.max_vertices = 10'000;
+  limits.max_icons = most_icons;
+  limits.max_curve_points = most_curve_points;
   SceneMirror mirror(limits);
   bool first = true;
   constexpr std::size_t header = 2;

@@ -50,6 +50,16 @@ TEST(Options, ShowDistancesOnDemand_A28) {
   EXPECT_FALSE(parse({"--distance-range", "0"}).ok());
 }
 
+TEST(Options, ShowStripesOnDemand) {
+  const auto plain = parse({});
+  ASSERT_TRUE(plain.ok());
+  EXPECT_EQ(plain->options.shading, Shading::studio);
+  const auto striped = parse({"--shading", "zebra"});
+  ASSERT_TRUE(striped.ok()) << striped.error().describe();
+  EXPECT_EQ(striped->options.shading, Shading::zebra);
+  EXPECT_FALSE(parse({"--shading", "tiger"}).ok());
+}
+
 TEST(Options, RefuseNonsenseNamingTheOption) {
   const auto field = [](std::vector<const char*> words) {
     const auto parsed = parse(std::move(words));
