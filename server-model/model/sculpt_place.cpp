@@ -14,6 +14,8 @@ namespace {
 
 constexpr double loop_tolerance = 1e-4;
 constexpr int max_pieces_per_span = 64;
+/// Of the parameters' range: what importers let through (exchange/cad_face.h), with the chords' own error.
+constexpr double max_outside = 1e-3 + loop_tolerance;
 
 /// How many chords a span needs: by the largest deviation of its middles, which falls with the square.
 int chords(const BSplineCurve& curve, double from, double to, double tolerance) {
@@ -56,8 +58,16 @@ std::vector<TrimLoop> trim_loops(const FaceTrim& trim, double tolerance) {
 
 std::vector<TrimLoop> trim_loops(const SculptShape& shape) {
   if (!shape.trim) return {};
-  const double size = std::hypot(shape.rest->u.length(), shape.rest->v.length());
-  return trim_loops(*shape.trim, loop_tolerance * size);
+  const geometry::KnotVector &u = shape.rest->u, &v = shape.rest->v;
+  const Vec2 lower(u.lower(), v.lower()), upper(u.upper(), v.upper()), size(u.length(), v.length());
+  std::vector<TrimLoop> loops = trim_loops(*shape.trim, loop_tolerance * size.norm());
+  for (TrimLoop& loop : loops) {
+    for (Vec2& place : loop) {
+      const Vec2 onto = place.cwiseMax(lower).cwiseMin(upper);
+      if ((place - onto).cwiseQuotient(size).cwiseAbs().maxCoeff() <= max_outside) place = onto;
+    }
+  }
+  return loops;
 }
 
 Result<geometry::SurfaceProjector> make_projector(const SculptShape& shape) {

@@ -13,7 +13,8 @@ namespace handloft::model {
 
 /// The trim's loops as polylines whose chords are within `tolerance` (in parameters, metres) of the curves.
 std::vector<geometry::TrimLoop> trim_loops(const FaceTrim& trim, double tolerance);
-/// The same, to a ten-thousandth of the surface's parameter rectangle; empty: the whole of it.
+/// The same, to a ten-thousandth of the surface's parameter rectangle; empty: the whole of it. Places that
+/// stand out of it by no more than a thousandth, as files let them, are brought onto its border.
 std::vector<geometry::TrimLoop> trim_loops(const SculptShape& shape);
 
 /// Of the present surface within its trim, prepared for many questions. Errors: those of

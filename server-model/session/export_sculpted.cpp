@@ -108,12 +108,6 @@ Result<exchange::MeshExport> mesh_within(const SculptShape& shape, exchange::Tri
   const geometry::BSplineSurface& surface = *shape.surface;
   std::vector<geometry::TrimLoop> loops;
   if (trim != exchange::Trim::box) loops = trim_loops(shape);
-  // Files let loops stand out of the parameters by their tolerance.
-  const geometry::Vec2 lower(surface.u.lower(), surface.v.lower());
-  const geometry::Vec2 upper(surface.u.upper(), surface.v.upper());
-  for (geometry::TrimLoop& loop : loops) {
-    for (geometry::Vec2& place : loop) place = place.cwiseMax(lower).cwiseMin(upper);
-  }
   geometry::SurfaceMeshOptions options;
   options.chord_tolerance_m = chord_m;
   auto mesh = loops.empty() ? geometry::tessellate(surface, options)

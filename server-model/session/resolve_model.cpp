@@ -85,6 +85,7 @@ Result<v1::Operation> resolve_model(const v1::Operation& operation, const FileAc
   model.set_boundary_representation(imported->boundary_representation);
   model.set_metres_per_unit(imported->metres_per_unit);
   for (const exchange::ImportedFace& face : imported->faces) write_face(face, limits, *model.add_faces());
+  for (const std::string& note : imported->notes) model.add_notes(note);
   if (!imported->rest_indices.empty()) {
     v1::TriangleMesh& rest = *model.mutable_rest();
     for (const geometry::Vec3& p : imported->rest_positions) {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "server-model/model/bspline_message.h"
@@ -14,6 +15,13 @@
 namespace handloft::model {
 
 namespace v1 = handloft::v1;
+
+namespace {
+
+/// Shown to a person who waits for the answer; what reads files makes half as many.
+constexpr int max_notes = 64;
+
+}  // namespace
 
 Result<Outcome> import_model(const Document& document, const v1::ImportModel& request,
                              const ApplyContext& context) {
@@ -63,6 +71,8 @@ Result<Outcome> import_model(const Document& document, const v1::ImportModel& re
   }
   Outcome outcome;
   outcome.document = document;
+  outcome.notes.assign(resolved.notes().begin(),
+                       resolved.notes().begin() + std::min(resolved.notes_size(), max_notes));
   for (int i = 0; i < resolved.faces_size(); ++i) {
     const v1::ResolvedModel::Face& face = resolved.faces(i);
     const std::string field = fmt::format("import_model.resolved.faces[{}]", i);

@@ -155,6 +155,7 @@ v1::Operation model_of_two_faces() {
   v1::ResolvedModel& resolved = *request.mutable_resolved();
   resolved.set_boundary_representation("bytes that only the exchange reads");
   resolved.set_metres_per_unit(0.001);
+  resolved.add_notes("face 3 stays as it is: its trim is torn");
   for (std::uint32_t number : {2U, 5U}) {
     v1::ResolvedModel::Face& face = *resolved.add_faces();
     face.set_number(number);
@@ -175,13 +176,15 @@ v1::Operation model_of_two_faces() {
 }
 
 TEST_F(Sculpting, AModelBringsItsFacesWithTheirTrimsInMetres) {
-  ASSERT_TRUE(model.submit(model_of_two_faces()).ok());
+  const auto submitted = model.submit(model_of_two_faces());
+  ASSERT_TRUE(submitted.ok()) << submitted.error().describe();
   const SculptPtr face = as_sculpt(model.document().find("car.face-5"));
   ASSERT_TRUE(face);
   EXPECT_EQ(face->model, "car");
   EXPECT_EQ(face->face, 5U);
   EXPECT_NEAR(face->rest->u.length(), 2, 1e-12);
   EXPECT_NEAR((*face->trim)[0][0].control[1].x(), 1.8, 1e-12) << "0.9 of 2 m";
+  EXPECT_EQ(submitted->notes, (std::vector<std::string>{"face 3 stays as it is: its trim is torn"}));
   const CadModelPtr car = as_cad_model(model.document().find("car"));
   ASSERT_TRUE(car);
   EXPECT_EQ(car->faces, (std::vector<std::string>{"car.face-2", "car.face-5"}));
