@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Writes the three complete designs beside itself: computer_mouse.jsonl with mouse_internals.obj, car_seat.jsonl and
-car_side_panel.jsonl, after figures 14, 13 and 12 of the paper.
+"""Writes the complete designs beside itself: computer_mouse.jsonl with mouse_internals.obj, car_seat.jsonl and
+car_side_panel.jsonl, after figures 14, 13 and 12 of the paper; and the sculpted ones, car_hood.jsonl,
+bicycle_saddle.jsonl and boat_deck.jsonl.
 
     make_designs.py                     writes them here
     make_designs.py --output-dir DIR    writes them there
@@ -8,7 +9,8 @@ car_side_panel.jsonl, after figures 14, 13 and 12 of the paper.
 
 The points are laid by a simulated hand with a fixed seed, so that the files are the same each time. What the scripts
 expect comes from what that hand had in mind, with tolerances from its tremor, and from design_math.py, which reckons
-fits, profile strokes and pushes independently of the server. Python 3 standard library only.
+fits, profile strokes and pushes independently of the server. What sculpting is to do is known from its demands, from
+symmetry and from the books on plates. Python 3 standard library only.
 """
 
 import argparse
@@ -18,8 +20,11 @@ import tempfile
 
 sys.dont_write_bytecode = True  # This folder holds what is committed, and no more.
 
+import design_deck
+import design_hood
 import design_mouse
 import design_panel
+import design_saddle
 import design_seat
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -29,6 +34,9 @@ def write(folder):
     design_mouse.write(folder)
     design_seat.write(folder)
     design_panel.write(folder)
+    design_hood.write(folder)
+    design_saddle.write(folder)
+    design_deck.write(folder)
 
 
 def check():
