@@ -10,6 +10,7 @@
 
 #include "server-model/model/canonical.h"
 #include "server-model/model/model.h"
+#include "server-model/model/sculpt_shape.h"
 
 namespace {
 
@@ -22,6 +23,13 @@ void require(bool good) {
 
 void require_finite(const Document& document) {
   for (const auto& [id, entity] : document.entities) {
+    if (const handloft::model::SculptPtr sculpt = handloft::model::as_sculpt(entity)) {
+      for (const auto& surface : {sculpt->initial, sculpt->rest, sculpt->surface}) {
+        for (const auto& point : surface->control) require(point.allFinite());
+      }
+      require(sculpt->surface->control.size() == sculpt->rest->control.size());
+      for (const auto& icon : *sculpt->icons) require(icon.place.allFinite());
+    }
     const handloft::model::DualPtr shape = handloft::model::as_dual(entity);
     if (!shape) continue;
     for (const auto& point : shape->points)
@@ -45,6 +53,13 @@ Model start() {
     point.mutable_position()->set_z(0.001 * (i % 3));
     point.set_pressure(0.5);
   }
+  require(model.submit(operation).ok());
+  auto& sheet = *operation.mutable_create_sculpt_surface();
+  sheet.set_id("sheet");
+  sheet.mutable_rectangle()->set_width_m(0.2);
+  sheet.mutable_rectangle()->set_depth_m(0.15);
+  sheet.set_control_u(6);
+  sheet.set_control_v(6);
   require(model.submit(operation).ok());
   return model;
 }

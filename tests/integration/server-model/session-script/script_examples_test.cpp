@@ -77,10 +77,36 @@ TEST_F(ScriptProgram, EveryExampleOfTheDocumentationHolds) {
   for (const char* name : {"shell.step", "shell.glb", "untrimmed.obj"})
     EXPECT_TRUE(fs::exists(fs::path(output()) / name));
   // Every operation and query of the protocol has an example.
-  for (const char* name :
-       {"createDualShape", "addPoints", "setSymmetry", "fit", "refitPlane", "setSuperellipse",
-        "setRepresentation", "rename", "importStrokes", "delete", "undo", "redo", "export", "surface",
-        "evaluate", "points", "entities", "hash", "history"}) {
+  for (const char* name : {"createDualShape",
+                           "addPoints",
+                           "setSymmetry",
+                           "fit",
+                           "refitPlane",
+                           "setSuperellipse",
+                           "setRepresentation",
+                           "rename",
+                           "importStrokes",
+                           "delete",
+                           "undo",
+                           "redo",
+                           "export",
+                           "surface",
+                           "evaluate",
+                           "points",
+                           "entities",
+                           "hash",
+                           "history",
+                           "createSculptSurface",
+                           "setSculpting",
+                           "addIcon",
+                           "changeIcon",
+                           "dragIcon",
+                           "deleteIcon",
+                           "commitSculpting",
+                           "recoverSculpting",
+                           "refineSurface",
+                           "importModel",
+                           "sculpt"}) {
     EXPECT_NE(script.find("{\"" + std::string(name) + "\": "), std::string::npos) << name;
   }
 }
