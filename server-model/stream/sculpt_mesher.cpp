@@ -48,9 +48,25 @@ std::vector<double> at_least(const std::vector<double>& lines, const KnotVector&
   return result;
 }
 
+/// Every so many of the spans' bounds, and the last.
+std::vector<double> thinned(const KnotVector& knots, std::size_t step) {
+  const std::vector<int> spans = knots.spans();
+  std::vector<double> result;
+  for (std::size_t k = 0; k < spans.size(); k += step)
+    result.push_back(knots.knots()[static_cast<std::size_t>(spans[k])]);
+  result.push_back(knots.upper());
+  return result;
+}
+
 }  // namespace
 
 Result<GridParameters> sculpt_grid(const BSplineSurface& surface, const SculptMeshOptions& options) {
+  const auto spans = static_cast<double>(surface.u.spans().size() * surface.v.spans().size());
+  if (spans >= static_cast<double>(options.max_vertices)) {
+    const double share = spans / static_cast<double>(options.max_vertices);
+    const auto step = static_cast<std::size_t>(std::ceil(std::sqrt(std::max(1.0, share))));
+    return GridParameters{thinned(surface.u, step), thinned(surface.v, step)};
+  }
   constexpr int most_doublings = 40;
   double tolerance = options.chord_tolerance_m;
   Result<GridParameters> grid = geometry::grid_within(surface, tolerance, options.max_vertices);

@@ -278,6 +278,22 @@ TEST_F(StreamSculpt, a_trimmed_face_keeps_to_its_trim_and_follows_the_surface) {
   EXPECT_LT(turned->normals.front()[2], 0.0F);
 }
 
+TEST_F(StreamSculpt, very_large_surfaces_have_no_more_vertices_than_allowed) {
+  hood();
+  SculptMeshOptions options;
+  options.least_parts = 1;
+  for (const std::size_t most : {20U, 40U, 500U}) {  // Of 9 x 7 spans.
+    options.max_vertices = most;
+    const auto grid = sculpt_grid(*shape()->surface, options);
+    ASSERT_TRUE(grid.ok()) << grid.error().describe();
+    EXPECT_EQ(grid->us.front(), shape()->surface->u.lower());
+    EXPECT_EQ(grid->us.back(), shape()->surface->u.upper());
+    EXPECT_EQ(grid->vs.back(), shape()->surface->v.upper());
+    EXPECT_LE((grid->us.size() - 1) * (grid->vs.size() - 1), most);
+    EXPECT_GT(grid->us.size() * grid->vs.size(), most > 63 ? 63 : most / 3);
+  }
+}
+
 TEST_F(StreamSculpt, numbers_that_are_not_finite_give_an_error) {
   hood();
   auto mesher = SculptMesher::create(*shape(), 1);
