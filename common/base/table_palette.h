@@ -32,6 +32,15 @@ enum class PaletteCommand {
   export_file,
   next_page,
   falloff,
+  sculpt,
+  commit_sculpting,
+  recover_sculpting,
+  icon_pen,
+  icon_property,
+  icon_role,
+  icon_state,
+  icon_stiffness,
+  delete_icon,
 };
 
 /// A rectangle on the table, z = 0: centre and full extents in metres.
@@ -52,7 +61,7 @@ inline constexpr int first_palette_page = 1;
 /// work and the designer. That row has pages, which "More" turns; a new command takes a free place of the
 /// last page's row (x from -0.18 to 0.24), or of a page of its own, and nothing else changes: server, client
 /// and simulated hand know the pages from here.
-inline constexpr std::array<PaletteCell, 22> table_palette{{
+inline constexpr std::array<PaletteCell, 31> table_palette{{
     {PaletteCommand::fit, "Fit", 0.17, 0.06, 0.05, 0.05, "◠"},
     {PaletteCommand::representation, "Points / surface", 0.23, 0.06, 0.05, 0.05, "∴"},
     {PaletteCommand::new_shape, "New shape", 0.17, 0.0, 0.05, 0.05, "✚"},
@@ -77,6 +86,16 @@ inline constexpr std::array<PaletteCell, 22> table_palette{{
     {PaletteCommand::export_file, "Export", 0.24, -0.205, 0.05, 0.05, "⇪", 1},
 
     {PaletteCommand::falloff, "Falloff", -0.18, -0.205, 0.05, 0.05, "∩", 2},
+    {PaletteCommand::sculpt, "Sculpt", -0.12, -0.205, 0.05, 0.05, "▦", 2},
+    {PaletteCommand::commit_sculpting, "Commit", -0.06, -0.205, 0.05, 0.05, "✓", 2},
+    {PaletteCommand::recover_sculpting, "Recover", 0.0, -0.205, 0.05, 0.05, "⟲", 2},
+
+    {PaletteCommand::icon_pen, "Icon pen", -0.18, -0.205, 0.05, 0.05, "✎", 3},
+    {PaletteCommand::icon_property, "Icon property", -0.12, -0.205, 0.05, 0.05, "➹", 3},
+    {PaletteCommand::icon_role, "Hold / load", -0.06, -0.205, 0.05, 0.05, "⚓", 3},
+    {PaletteCommand::icon_state, "Icon state", 0.0, -0.205, 0.05, 0.05, "☀", 3},
+    {PaletteCommand::icon_stiffness, "Load stiffness", 0.06, -0.205, 0.05, 0.05, "⚖", 3},
+    {PaletteCommand::delete_icon, "Delete icon", 0.12, -0.205, 0.05, 0.05, "✘", 3},
 
     {PaletteCommand::next_page, "More", -0.24, -0.205, 0.05, 0.05, "⋯"},
 }};

@@ -20,6 +20,18 @@ Status AirOperation::set(v1::Operation operation) {
   return status;
 }
 
+Status AirOperation::amend(v1::Operation operation) {
+  if (!live()) {
+    v1::Operation before = std::exchange(operation_, std::move(operation));
+    auto status = begin();
+    if (!status) operation_ = std::move(before);
+    return status;
+  }
+  auto status = model_.update_provisional(id_, operation);
+  if (status) operation_ = std::move(operation);
+  return status;
+}
+
 Status AirOperation::append_points(std::span<const v1::Point> points) {
   for (const v1::Point& point : points) *operation_.mutable_add_points()->add_points() = point;
   if (live() && model_.append_provisional(id_, points)) return {};

@@ -23,6 +23,8 @@ class AirOperation {
   /// Begins it, or replaces it by `operation`. Refused: nothing of the gesture is in the air any more, but
   /// the operation is remembered; the next set() may be accepted again (a curve that is closed by then).
   Status set(v1::Operation operation);
+  /// The same, but what is refused leaves in the air, and remembered, what was there before.
+  Status amend(v1::Operation operation);
   /// More points of an add_points that was set.
   Status append_points(std::span<const v1::Point> points);
   /// The next pose of a push_points that was set, with the potentiometer as it is now (A16).

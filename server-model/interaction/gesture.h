@@ -55,6 +55,8 @@ class Gesture {
   virtual void cancel() = 0;
   /// The hand has done something that would be lost with it: laid a point, met a shape, drawn a line.
   virtual bool begun() const = 0;
+  /// It is complete, though the hand goes on with the like: to be committed now.
+  virtual bool done() const { return false; }
   virtual HandActivity activity() const = 0;
   virtual std::string_view name() const = 0;  ///< For messages: "stroke", "push".
 };

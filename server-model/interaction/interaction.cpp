@@ -9,6 +9,9 @@
 
 #include "server-model/interaction/boundary_gesture.h"
 #include "server-model/interaction/exponent_gesture.h"
+#include "server-model/interaction/icon_drag_gesture.h"
+#include "server-model/interaction/icon_pen_gesture.h"
+#include "server-model/interaction/pointing.h"
 #include "server-model/interaction/profile_gesture.h"
 #include "server-model/interaction/push_gesture.h"
 #include "server-model/interaction/stroke_gesture.h"
@@ -25,12 +28,13 @@ std::string refusal(std::string_view what, std::string_view why) {
 }  // namespace
 
 Interaction::Interaction(model::Model& model, const InteractionOptions& options)
-    : workbench_(model, options), palette_(workbench_) {
+    : workbench_(model, options), palette_(workbench_), space_mouse_(workbench_) {
   for (std::size_t i = 0; i < max_hands; ++i) hands_.emplace_back(workbench_.options);
 }
 
 void Interaction::select(std::string entity) {
   if (entity.empty()) workbench_.active.clear();
+  if (workbench_.picked_icon.entity != entity) workbench_.picked_icon = IconName();
   workbench_.selected = std::move(entity);
 }
 
@@ -42,6 +46,25 @@ std::vector<std::string> Interaction::targets() const {
   std::sort(targets.begin(), targets.end());
   targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
   return targets;
+}
+
+std::vector<IconMark> Interaction::icon_marks() const {
+  std::vector<IconMark> marks;
+  for (const IconName& name : workbench_.held) marks.push_back({name, IconMark::Kind::held});
+  for (const Hand& hand : hands_) {
+    if (!hand.near_icon || workbench_.held.contains(hand.near_icon->name)) continue;
+    const bool told = std::any_of(marks.begin(), marks.end(),
+                                  [&](const IconMark& mark) { return mark.name == hand.near_icon->name; });
+    if (!told) marks.push_back({hand.near_icon->name, IconMark::Kind::target});
+  }
+  std::sort(marks.begin(), marks.end(), [](const IconMark& a, const IconMark& b) { return a.name < b.name; });
+  return marks;
+}
+
+void Interaction::count(const SpaceMouse::Counts& counts) {
+  statistics_.gestures_committed += static_cast<std::uint64_t>(counts.committed);
+  statistics_.gestures_cancelled += static_cast<std::uint64_t>(counts.refused);
+  statistics_.refused += static_cast<std::uint64_t>(counts.refused);
 }
 
 HandActivity Interaction::activity(std::size_t hand) const {
@@ -67,9 +90,15 @@ FrameOutcome Interaction::on_frame(const v1::TrackingFrame& frame) {
         outcome.problems.push_back("tracking frame ignored: " + sample.error().describe());
       }
     }
+    auto mouse = read_space_mouse(frame, workbench_.options.space_mouse);
+    if (good && !mouse) {
+      good = false;
+      outcome.problems.push_back("tracking frame ignored: " + mouse.error().describe());
+    }
     if (good) {
       last_frame_ = now;
       for (std::size_t i = 0; i < max_hands; ++i) on_hand(hands_[i], samples[i], now, outcome);
+      count(space_mouse_.on_frame(*mouse, now, outcome));
     } else {
       ++statistics_.frames_ignored;
     }
@@ -87,29 +116,22 @@ FrameOutcome Interaction::finish() {
   FrameOutcome outcome;
   for (Hand& hand : hands_) {
     commit(hand, outcome);
-    outcome.scene_changed |= !hand.target.empty();
+    outcome.scene_changed |= !hand.target.empty() || hand.near_icon;
     hand = Hand(workbench_.options);
   }
+  count(space_mouse_.finish(outcome));
   last_frame_.reset();  // what comes next may be another recording
   return outcome;
 }
 
-Interaction::Doing Interaction::wanted(const Hand& hand, const HandSample& sample) const {
-  const bool move = workbench_.modes.tool == HandTool::move;
-  // A gesture goes on as it began, also when the other hand switches the mode meanwhile.
-  const auto stays = [&](Doing one, Doing other, Doing otherwise) {
-    return hand.gesture && (hand.doing == one || hand.doing == other) ? hand.doing : otherwise;
-  };
-  switch (sample.gesture) {
+Interaction::Doing Interaction::wanted(Hand& hand, const HandFrame& frame) {
+  switch (frame.sample.gesture) {
     case v1::GESTURE_OPEN:
-      return sample.pressing ? Doing::stroke : Doing::nothing;
+      return frame.sample.pressing ? Doing::stroke : Doing::nothing;
     case v1::GESTURE_CLOSED:
-      return stays(Doing::push, Doing::hold_by_fist, move ? Doing::hold_by_fist : Doing::push);
-    case v1::GESTURE_POINTING: {
-      if (hand.gesture && hand.doing == Doing::hold_by_fingertip) return hand.doing;
-      const Doing drawn = workbench_.modes.trim == TrimMode::profile ? Doing::profile : Doing::boundary;
-      return stays(Doing::profile, Doing::boundary, move ? Doing::hold_by_fingertip : drawn);
-    }
+      return wanted_closed(hand, frame);
+    case v1::GESTURE_POINTING:
+      return wanted_pointing(hand, frame);
     case v1::GESTURE_ON_TABLE:
       return hand.gesture && hand.doing == Doing::exponent ? Doing::exponent : Doing::nothing;
     default:
@@ -117,7 +139,59 @@ Interaction::Doing Interaction::wanted(const Hand& hand, const HandSample& sampl
   }
 }
 
-std::unique_ptr<Gesture> Interaction::begin(Doing doing) {
+// A gesture goes on as it began, also when the other hand switches the mode meanwhile. A push that has met no
+// shape yet becomes a drag when the fist comes to an icon.
+Interaction::Doing Interaction::wanted_closed(Hand& hand, const HandFrame& frame) {
+  if (hand.gesture && (hand.doing == Doing::drag_icon || hand.doing == Doing::hold_by_fist))
+    return hand.doing;
+  const bool pushing = hand.gesture && hand.doing == Doing::push;
+  if (pushing && hand.gesture->begun()) return hand.doing;
+  if (!pushing && workbench_.modes.tool == HandTool::move) return Doing::hold_by_fist;
+  if (frame.fist_centre) {
+    // What was highlighted is what is picked, though closing the hand has moved the fingertips.
+    const model::Document& document = workbench_.model.document();
+    std::optional<NearIcon> picked;
+    if (hand.near_icon && !workbench_.held.contains(hand.near_icon->name)) {
+      picked = workbench_.icons.within_reach(document, hand.near_icon->name, *frame.fist_centre);
+    }
+    if (!picked) picked = workbench_.icons.nearest(document, *frame.fist_centre, workbench_.held);
+    if (picked) {
+      hand.near_icon = std::move(picked);
+      return Doing::drag_icon;
+    }
+  }
+  return Doing::push;
+}
+
+// What is drawn on is settled by where the fingertip comes down.
+Interaction::Doing Interaction::wanted_pointing(const Hand& hand, const HandFrame& frame) {
+  if (hand.gesture && hand.doing == Doing::hold_by_fingertip) return hand.doing;
+  const bool pen = hand.doing == Doing::profile || hand.doing == Doing::boundary;
+  if (hand.gesture && pen && (hand.gesture->begun() || hand.pressed)) return hand.doing;
+  if (hand.gesture && hand.doing == Doing::draw_icon &&
+      static_cast<const IconPenGesture&>(*hand.gesture).busy()) {
+    return hand.doing;
+  }
+  // Without a shape to be near to, a pen that was taken up stays the same.
+  if (!(hand.gesture && pen) && workbench_.modes.tool == HandTool::move) return Doing::hold_by_fingertip;
+  const auto tip = pen_tip(frame.sample);
+  if (tip && points_at_sculpted(*tip)) return Doing::draw_icon;
+  if (hand.gesture && pen) return hand.doing;
+  return workbench_.modes.trim == TrimMode::profile ? Doing::profile : Doing::boundary;
+}
+
+// The selected shape when there is one, else the nearest within reach.
+bool Interaction::points_at_sculpted(const Eigen::Vector3d& tip) {
+  const model::Document& document = workbench_.model.document();
+  const std::string selected = workbench_.selected_shape();
+  if (!selected.empty()) return model::as_sculpt(document.find(selected)) != nullptr;
+  const auto sculpted = workbench_.icons.nearest_surface(document, tip);
+  if (!sculpted) return false;
+  const auto other = workbench_.targets.nearest(document, tip, tip);
+  return !other || sculpted->distance_m < other->distance_m;
+}
+
+std::unique_ptr<Gesture> Interaction::begin(Doing doing, const Hand& hand) {
   switch (doing) {
     case Doing::stroke:
       return std::make_unique<StrokeGesture>(workbench_);
@@ -133,6 +207,10 @@ std::unique_ptr<Gesture> Interaction::begin(Doing doing) {
       return std::make_unique<TransformGesture>(workbench_, TransformGesture::Grip::fingertip);
     case Doing::exponent:
       return std::make_unique<ExponentGesture>(workbench_);
+    case Doing::drag_icon:
+      return std::make_unique<IconDragGesture>(workbench_, *hand.near_icon);
+    case Doing::draw_icon:
+      return std::make_unique<IconPenGesture>(workbench_);
     case Doing::nothing:
       break;
   }
@@ -152,7 +230,7 @@ void Interaction::on_hand(Hand& hand, const std::optional<HandSample>& sample, T
     on_gap(hand, frame.centre ? Gap::gesture_unknown : Gap::hand_lost, now, outcome);
     return;
   }
-  const Doing next = wanted(hand, *sample);
+  const Doing next = wanted(hand, frame);
   if (hand.gesture && hand.doing != next) {
     // The glove says that the gesture is over, whether or not a camera sees the fingers.
     commit(hand, outcome);
@@ -160,7 +238,7 @@ void Interaction::on_hand(Hand& hand, const std::optional<HandSample>& sample, T
   if (hand.refused != next) hand.refused = Doing::nothing;
   if (next != Doing::nothing && hand.refused == Doing::nothing) {
     if (!hand.gesture) {
-      hand.gesture = begin(next);
+      hand.gesture = begin(next, hand);
       hand.doing = next;
     }
     show_to(hand, frame, now, outcome);
@@ -172,6 +250,8 @@ void Interaction::on_hand(Hand& hand, const std::optional<HandSample>& sample, T
       be_silent(hand, now);
     }
   }
+  hand.pressed = sample->pressing;
+  aim_at_icon(hand, frame, outcome);
   aim(hand, frame, outcome);
 }
 
@@ -190,6 +270,7 @@ void Interaction::show_to(Hand& hand, const HandFrame& frame, TimePoint now, Fra
   if (hand.doing == Doing::stroke) ++statistics_.points_laid;
   hand.told_until.reset();
   hand.activity = hand.gesture->activity();
+  if (hand.gesture->done()) commit(hand, outcome);
 }
 
 void Interaction::on_table(Hand& hand, const HandFrame& frame, FrameOutcome& outcome) {
@@ -201,7 +282,7 @@ void Interaction::on_table(Hand& hand, const HandFrame& frame, FrameOutcome& out
   hand.touch_spent = true;
   ++statistics_.commands;
   if (*command == PaletteCommand::exponent) {
-    hand.gesture = begin(Doing::exponent);
+    hand.gesture = begin(Doing::exponent, hand);
     hand.doing = Doing::exponent;
     show_to(hand, frame, frame.sample.capture_time, outcome);
     return;
@@ -217,7 +298,9 @@ void Interaction::on_gap(Hand& hand, Gap gap, TimePoint now, FrameOutcome& outco
   if (now - *hand.unusable_since <= workbench_.options.grace) return;
   hand.refused = Doing::nothing;
   hand.last_place.reset();
+  hand.pressed = false;
   if (!std::exchange(hand.target, {}).empty()) outcome.scene_changed = true;
+  if (std::exchange(hand.near_icon, std::nullopt)) outcome.scene_changed = true;
   if (!hand.gesture || !hand.gesture->begun()) {
     hand.gesture.reset();
     be_silent(hand, now);
@@ -289,16 +372,38 @@ void Interaction::be_silent(Hand& hand, TimePoint now) {
   hand.activity = {};
 }
 
+// What a fist would pick here, or with the fingertip a tap; with "Move" on hands pick no icons.
+void Interaction::aim_at_icon(Hand& hand, const HandFrame& frame, FrameOutcome& outcome) {
+  if (hand.gesture && hand.doing == Doing::drag_icon) return;
+  std::optional<NearIcon> near;
+  const bool free = !hand.gesture || !hand.gesture->begun();
+  const bool open = frame.sample.gesture == v1::GESTURE_OPEN;
+  const bool pointing = frame.sample.gesture == v1::GESTURE_POINTING;
+  const auto at = pointing ? pen_tip(frame.sample) : frame.fist_centre;
+  if (free && (open || pointing) && at && workbench_.modes.tool == HandTool::sculpt) {
+    near = workbench_.icons.nearest(workbench_.model.document(), *at, workbench_.held);
+  }
+  const bool same =
+      hand.near_icon.has_value() == near.has_value() && (!near || hand.near_icon->name == near->name);
+  hand.near_icon = std::move(near);
+  if (!same) outcome.scene_changed = true;
+}
+
 void Interaction::aim(Hand& hand, const HandFrame& frame, FrameOutcome& outcome) {
   std::string target;
   const auto place = std::exchange(hand.last_place, frame.fist_centre);
   if (hand.gesture) target = hand.gesture->activity().entity;
   if (target.empty() && frame.fist_centre && frame.sample.gesture != v1::GESTURE_ON_TABLE) {
-    target = workbench_.selected_shape();
+    target = hand.near_icon ? hand.near_icon->name.entity : workbench_.selected_shape();
     if (target.empty()) {
       auto near = workbench_.targets.nearest(workbench_.model.document(), place.value_or(*frame.fist_centre),
                                              *frame.fist_centre);
-      if (near) target = std::move(near->entity);
+      const auto sculpted = workbench_.icons.nearest_surface(workbench_.model.document(), *frame.fist_centre);
+      if (near && !(sculpted && sculpted->distance_m < near->distance_m)) {
+        target = std::move(near->entity);
+      } else if (sculpted) {
+        target = sculpted->entity;
+      }
     }
   }
   if (target == hand.target) return;

@@ -1,12 +1,17 @@
 #pragma once
 // From the hand to the model (A25, architecture idea 2), a state machine by the gesture that the glove tells:
 //
-//   open, pressing      lays points                                  stroke_gesture.h    A1, A12
-//   closed              pushes points; with "Move" holds a shape     push_gesture.h      A13-A17,
-//   transform_gesture.h pointing, pressing  draws profiles or a boundary;                profile_gesture.h
-//   A18-A21, boundary_gesture.h
+//   open, pressing      lays points (A1, A12)                        stroke_gesture.h
+//   closed              near an icon drags it (D19);                 icon_drag_gesture.h
+//                       else pushes points (A13-A17);                push_gesture.h
+//                       with "Move" holds a shape                    transform_gesture.h
+//   pointing, pressing  on a sculpted surface adds icons (D6-D12);   icon_pen_gesture.h
+//                       else draws profiles or a boundary            profile_gesture.h, boundary_gesture.h
+//                       (A18-A24);
 //                       with "Move" (not pressing) holds a shape
 //   on the table        the command whose cell is touched            palette_commands.h, exponent_gesture.h
+//
+// Beside the hands a 3D mouse drives the selected icon (space_mouse.h).
 //
 // A gesture is one operation, in the air while it lasts; when the glove tells another gesture it is committed
 // and the next begins (the glove debounces). A hand that is lost beyond a grace period cancels it without a
@@ -27,6 +32,7 @@
 #include "server-model/interaction/hand_centre.h"
 #include "server-model/interaction/hand_sample.h"
 #include "server-model/interaction/palette_commands.h"
+#include "server-model/interaction/space_mouse.h"
 #include "server-model/interaction/workbench.h"
 #include "server-model/model/model.h"
 
@@ -43,6 +49,16 @@ struct InteractionStatistics {
   std::uint64_t gestures_cancelled = 0;
   std::uint64_t commands = 0;
   std::uint64_t refused = 0;  ///< Gestures and commands that the model refused.
+};
+
+/// What viewers show of an icon beside its state.
+struct IconMark {
+  enum class Kind {
+    target,  ///< A hand would pick it now.
+    held,    ///< A hand or the 3D mouse drives it now.
+  };
+  IconName name;
+  Kind kind = Kind::target;
 };
 
 /// Owned and called by the model thread.
@@ -70,6 +86,14 @@ class Interaction {
   /// Ascending, without repetition.
   std::vector<std::string> targets() const;
 
+  /// The icons that hands are near or drive, by name; one that is driven is no target.
+  std::vector<IconMark> icon_marks() const;
+  /// What the palette's icon cells and the 3D mouse act on; empty: none.
+  IconName selected_icon() const { return workbench_.selected_icon(); }
+
+  /// What is chosen for sculpting, in words (sculpt_commands.h); empty while no sculpted surface is active.
+  std::string sculpting_words() const { return interaction::sculpting_words(workbench_); }
+
   const Modes& modes() const { return workbench_.modes; }
   StrokeSymmetry symmetry() const { return workbench_.modes.symmetry; }
   const model::MirrorPlane& symmetry_plane() const { return workbench_.options.symmetry_plane; }
@@ -78,7 +102,18 @@ class Interaction {
 
  private:
   /// What a hand is at.
-  enum class Doing { nothing, stroke, push, profile, boundary, hold_by_fist, hold_by_fingertip, exponent };
+  enum class Doing {
+    nothing,
+    stroke,
+    push,
+    profile,
+    boundary,
+    hold_by_fist,
+    hold_by_fingertip,
+    exponent,
+    drag_icon,
+    draw_icon,
+  };
   struct Hand {
     explicit Hand(const InteractionOptions& options) : centre(options.centre), fist(options.fist) {}
     HandCentre centre;
@@ -91,6 +126,8 @@ class Interaction {
     HandActivity activity;
     std::optional<TimePoint> told_until;  ///< `activity` is bad news that stays until then.
     std::string target;
+    std::optional<NearIcon> near_icon;  ///< That it would pick, or with `doing` picked.
+    bool pressed = false;               ///< In the last frame.
     std::optional<Eigen::Vector3d> last_place;
   };
   enum class Gap { hand_lost, gesture_unknown };
@@ -98,8 +135,11 @@ class Interaction {
   void on_hand(Hand& hand, const std::optional<HandSample>& sample, TimePoint now, FrameOutcome& outcome);
   void on_gap(Hand& hand, Gap gap, TimePoint now, FrameOutcome& outcome);
   void on_table(Hand& hand, const HandFrame& frame, FrameOutcome& outcome);
-  Doing wanted(const Hand& hand, const HandSample& sample) const;
-  std::unique_ptr<Gesture> begin(Doing doing);
+  Doing wanted(Hand& hand, const HandFrame& frame);
+  Doing wanted_closed(Hand& hand, const HandFrame& frame);
+  Doing wanted_pointing(const Hand& hand, const HandFrame& frame);
+  bool points_at_sculpted(const Eigen::Vector3d& tip);
+  std::unique_ptr<Gesture> begin(Doing doing, const Hand& hand);
   void show_to(Hand& hand, const HandFrame& frame, TimePoint now, FrameOutcome& outcome);
   void commit(Hand& hand, FrameOutcome& outcome);
   void cancel(Hand& hand, std::string_view why, FrameOutcome& outcome);
@@ -107,9 +147,12 @@ class Interaction {
   void tell(Hand& hand, std::string words, std::string entity, TimePoint now);
   void be_silent(Hand& hand, TimePoint now);
   void aim(Hand& hand, const HandFrame& frame, FrameOutcome& outcome);
+  void aim_at_icon(Hand& hand, const HandFrame& frame, FrameOutcome& outcome);
+  void count(const SpaceMouse::Counts& counts);
 
   Workbench workbench_;
   PaletteCommands palette_;
+  SpaceMouse space_mouse_;
   std::vector<Hand> hands_;
   std::optional<TimePoint> last_frame_;
   InteractionStatistics statistics_;

@@ -7,6 +7,7 @@
 
 #include "common/base/clock.h"
 #include "server-model/geometry/disk.h"
+#include "server-model/interaction/drawn_curve.h"
 #include "server-model/interaction/hand_centre.h"
 #include "server-model/interaction/hand_sample.h"
 #include "server-model/model/dual_shape.h"
@@ -22,6 +23,28 @@ enum class TrimMode { profile, boundary };
 
 /// What a closed or pointing hand does: change a shape's points and surface, or take the whole shape along.
 enum class HandTool { sculpt, move };
+
+/// What a pointing hand adds to a sculpted surface: a tap a point and a drawn line a curve, or two corners a
+/// region.
+enum class IconPen { point_or_curve, region };
+
+/// A 3D mouse moves by rates: its cap's displacement is a velocity.
+struct SpaceMouseOptions {
+  double speed_m_s = 0.05;  ///< At full displacement: across a hand's breadth in two seconds.
+  double turn_rad_s = 0.8;  ///< At full displacement: a right angle in two seconds.
+  double dead_zone = 0.05;  ///< Of each axis: its springs do not bring the cap quite back.
+  /// The cap at rest this long ends the drag: shorter pauses are of the hand that pushes on.
+  Duration pause = std::chrono::milliseconds(300);
+  /// A longer gap between two frames moves nothing: nobody knows what the cap did meanwhile.
+  Duration longest_step = std::chrono::milliseconds(100);
+};
+
+/// A flat sheet to begin with: as large as two hands, above the middle of the table.
+struct SheetOptions {
+  double width_m = 0.3;
+  double depth_m = 0.2;
+  Eigen::Vector3d centre_m{0.0, 0.0, 0.1};
+};
 
 struct InteractionOptions {
   /// A hand that is lost this long is gone: its gesture is cancelled. Shorter gaps (a hidden finger, a radio
@@ -50,6 +73,18 @@ struct InteractionOptions {
   Eigen::Vector3d duplicate_offset_m{0.0, 0.03, 0.0};
   /// How long presence tells of a gesture that was refused or lost at its end: as long as reading it takes.
   Duration tell_for = std::chrono::seconds(3);
+  /// A fist that holds an icon has moved when it moved or turned this much: it trembles less.
+  double icon_slack_m = 0.002;
+  double icon_slack_rad = 0.05;
+  double least_bend = 0.05;     ///< Of a curve's length: the reach of a bend at the potentiometer's bottom.
+  double icon_tap_m = 0.01;     ///< A tap this close to an icon means that one, not another beside it.
+  double icon_curve_m = 0.008;  ///< A press that goes farther from where it began than this is no tap.
+  DrawnCurveOptions drawn_curve;
+  std::uint32_t sculpt_control = 20;  ///< Control points a side of a new sculpted surface: 1 cm apart.
+  double soft = 0.5;                  ///< Of the stiffness that follows the hand (D16).
+  double stiff = 2.0;
+  SheetOptions sheet;
+  SpaceMouseOptions space_mouse;
   HandCentreOptions centre;
   SampleLimits limits;
 };

@@ -76,6 +76,24 @@ CommandAnswer PaletteCommands::run(PaletteCommand command, FrameOutcome& outcome
     case PaletteCommand::export_file:
       outcome.exports.emplace_back();
       return {"export", {}};
+    case PaletteCommand::sculpt:
+      return sculpt_.make_surface(outcome);
+    case PaletteCommand::commit_sculpting:
+      return sculpt_.commit(outcome);
+    case PaletteCommand::recover_sculpting:
+      return sculpt_.recover(outcome);
+    case PaletteCommand::icon_pen:
+      return sculpt_.step_pen();
+    case PaletteCommand::icon_property:
+      return sculpt_.step_property(outcome);
+    case PaletteCommand::icon_role:
+      return sculpt_.step_role(outcome);
+    case PaletteCommand::icon_state:
+      return sculpt_.step_state(outcome);
+    case PaletteCommand::icon_stiffness:
+      return sculpt_.step_stiffness(outcome);
+    case PaletteCommand::delete_icon:
+      return sculpt_.delete_icon(outcome);
     case PaletteCommand::exponent:
       break;  // ExponentGesture
   }
@@ -84,14 +102,7 @@ CommandAnswer PaletteCommands::run(PaletteCommand command, FrameOutcome& outcome
 
 CommandAnswer PaletteCommands::submit(std::string words, const v1::Operation& operation,
                                       FrameOutcome& outcome) {
-  auto submitted = workbench_.model.submit(operation);
-  if (!submitted) {
-    outcome.problems.push_back("command refused: " + submitted.error().describe());
-    return {std::move(words), submitted.error().message};
-  }
-  outcome.scene_changed = true;
-  outcome.submitted.push_back(std::move(*submitted));
-  return {std::move(words), {}};
+  return submit_command(workbench_, std::move(words), operation, outcome);
 }
 
 CommandAnswer PaletteCommands::show(std::string words, v1::Representation representation,
@@ -128,6 +139,7 @@ CommandAnswer PaletteCommands::toggle_representation(FrameOutcome& outcome) {
 CommandAnswer PaletteCommands::new_shape(FrameOutcome& outcome) {
   workbench_.selected.clear();
   workbench_.active.clear();
+  workbench_.picked_icon = IconName();
   outcome.scene_changed = true;
   return {"new shape", {}};
 }
@@ -199,12 +211,15 @@ CommandAnswer PaletteCommands::toggle_move() {
 CommandAnswer PaletteCommands::select_next(FrameOutcome& outcome) {
   const model::Document& document = workbench_.model.document();
   const std::string present = workbench_.selected_shape();
-  model::DualPtr next;
+  model::EntityPtr next;
   for (const auto& [id, entity] : document.entities) {
     if (!present.empty() && id <= present) continue;
-    next = model::as_dual(entity);
-    if (next) break;
+    if (model::as_dual(entity) || model::as_sculpt(entity)) {
+      next = entity;
+      break;
+    }
   }
+  workbench_.picked_icon = IconName();  // What is done with icons is done with its own from now on.
   workbench_.selected = next ? next->id : std::string();
   outcome.scene_changed = true;
   return {next ? fmt::format("selected \"{}\"", next->name) : "nothing selected", {}};
@@ -212,6 +227,7 @@ CommandAnswer PaletteCommands::select_next(FrameOutcome& outcome) {
 
 CommandAnswer PaletteCommands::select_nearest(FrameOutcome& outcome) {
   workbench_.selected.clear();
+  workbench_.picked_icon = IconName();
   outcome.scene_changed = true;
   return {"nearest", {}};
 }

@@ -1,25 +1,23 @@
 #pragma once
 // What touching a cell of the palette does (A25: the hand on the table switches modes and adjusts what is
 // seen). Commands act on the active shape (workbench.h); every one that changes the document is one
-// operation. The exponent's cell is a gesture of its own (exponent_gesture.h).
+// operation. The exponent's cell is a gesture of its own (exponent_gesture.h); those for sculpting are in
+// sculpt_commands.h.
 
 #include <string>
 
 #include "common/base/table_palette.h"
+#include "server-model/interaction/command.h"
 #include "server-model/interaction/frame_outcome.h"
+#include "server-model/interaction/sculpt_commands.h"
 #include "server-model/interaction/workbench.h"
 
 namespace handloft::interaction {
 
-struct CommandAnswer {
-  std::string words;    ///< What was done or set: "degree 3", "selected \"Top\"".
-  std::string refusal;  ///< Why not; empty: done.
-};
-
 class PaletteCommands {
  public:
   /// `workbench` must outlive it.
-  explicit PaletteCommands(Workbench& workbench) : workbench_(workbench) {}
+  explicit PaletteCommands(Workbench& workbench) : workbench_(workbench), sculpt_(workbench) {}
 
   /// What the model did and refused is added to `outcome`.
   CommandAnswer run(PaletteCommand command, FrameOutcome& outcome);
@@ -45,6 +43,7 @@ class PaletteCommands {
   void set_degree(v1::Fit& fit) const;
 
   Workbench& workbench_;
+  SculptCommands sculpt_;
 };
 
 }  // namespace handloft::interaction

@@ -93,7 +93,7 @@ v1::Operation StrokeGesture::new_stroke() const {
   add.set_min_spacing_m(options.min_spacing_m);
   add.set_entity(workbench_.active_shape());
   const model::DualPtr shape = workbench_.model.document().find_dual(add.entity());
-  if (!shape) {
+  if (!shape) {  // None is active, or a surface that has no points.
     add.mutable_create()->set_degree(workbench_.modes.degree.value_or(options.new_degree));
     if (symmetry != StrokeSymmetry::off)
       *add.mutable_symmetry() = symmetry_message(symmetry, options.symmetry_plane);

@@ -8,6 +8,7 @@
 
 #include "common/base/table_palette.h"
 #include "proto/operation.pb.h"
+#include "server-model/interaction/icon_finder.h"
 #include "server-model/interaction/options.h"
 #include "server-model/interaction/target.h"
 #include "server-model/model/model.h"
@@ -25,21 +26,27 @@ struct Modes {
   /// Of fits and new shapes from now on; nullopt: as each shape is. 0: chosen by the model.
   std::optional<std::uint32_t> degree;
   int palette_page = first_palette_page;  ///< That the table shows.
+  IconPen icon_pen = IconPen::point_or_curve;
+  v1::IconRole icon_role = v1::ICON_CONSTRAINT;        ///< Of icons from now on.
+  v1::IconProperty icon_property = v1::ICON_POSITION;  ///< Of points that constrain, from now on.
 };
 
 struct Workbench {
   /// `model` must outlive it.
   Workbench(model::Model& model_of, const InteractionOptions& given)
-      : model(model_of), options(given), targets(given.reach_m) {}
+      : model(model_of), options(given), targets(given.reach_m), icons(given.reach_m) {}
 
   model::Model& model;
   InteractionOptions options;
   Modes modes;
   TargetFinder targets;
+  IconFinder icons;
   std::string selected;  ///< Chosen from the palette or by a peer; empty: none.
   std::string active;    ///< What a gesture acted on last; empty: the next stroke makes a new shape.
   /// Ids of shapes that strokes in the air are about to make.
   std::multiset<std::string> promised;
+  IconName picked_icon;     ///< What a hand picked or made last; see selected_icon().
+  std::set<IconName> held;  ///< Icons that a hand or the 3D mouse drives now: nobody else takes them.
 
   /// What strokes and the palette act on: the selected shape, else the one that a gesture acted on last;
   /// empty when there is none, or it is gone (an undo takes it away, a redo brings it back).
@@ -51,11 +58,53 @@ struct Workbench {
   }
   /// The selected shape while it is there.
   std::string selected_shape() const { return model.document().find(selected) ? selected : std::string(); }
+  /// What the palette's icon cells and the 3D mouse act on; empty: none, or it is gone.
+  IconName selected_icon() const {
+    return find_icon(model.document(), picked_icon) != nullptr ? picked_icon : IconName();
+  }
+  /// Selects an icon; what acts on whole surfaces acts on its one.
+  void select_icon(const IconName& name) {
+    picked_icon = name;
+    active = name.entity;
+    if (!selected.empty()) selected = name.entity;
+  }
+  /// The sculpted surface that commands act on: the selected icon's, else the active one; null: none.
+  model::SculptPtr sculpted() const {
+    const IconName icon = selected_icon();
+    return model::as_sculpt(model.document().find(icon.empty() ? active_shape() : icon.entity));
+  }
   /// Its surface follows its points while they change: it is fitted, and points and surface are both shown.
   bool fits_live(const std::string& entity) const {
     const model::DualPtr shape = model.document().find_dual(entity);
     return shape && shape->fitted() && shape->representation == model::Representation::both;
   }
+};
+
+/// Keeps an icon to oneself for as long as it lives.
+class IconHold {
+ public:
+  /// `workbench` must outlive it.
+  explicit IconHold(Workbench& workbench) : workbench_(workbench) {}
+  ~IconHold() { release(); }
+  IconHold(const IconHold&) = delete;
+  IconHold& operator=(const IconHold&) = delete;
+
+  /// False: somebody else has it. What was held before is released.
+  bool take(const IconName& name) {
+    release();
+    if (!workbench_.held.insert(name).second) return false;
+    name_ = name;
+    return true;
+  }
+  void release() {
+    if (!name_.empty()) workbench_.held.erase(name_);
+    name_ = IconName();
+  }
+  const IconName& name() const { return name_; }  ///< Empty: nothing.
+
+ private:
+  Workbench& workbench_;
+  IconName name_;
 };
 
 }  // namespace handloft::interaction
