@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "server-model/geometry/bspline_refine.h"
 #include "server-model/geometry/sculpt_modes.h"
@@ -15,6 +16,30 @@ namespace {
 
 /// Forces below this part of |K| |x| are what rounding makes of none.
 constexpr double least_force = 1e-10;
+
+/// Of the mean span, and of the whole: files have spans of 1e-11 of their range, and the energy of a bend
+/// within one is more than the rest of the surface leaves digits for.
+constexpr double least_span = 0.1, least_part = 1e-4;
+
+/// The knots over which displacements are measured: spans too short for that count as longer ones. The same,
+/// to the bit, where there are none.
+KnotVector measurable(const KnotVector& knots) {
+  const double mean = knots.length() / static_cast<double>(knots.spans().size());
+  const double least = std::min(least_span * mean, least_part * knots.length());
+  const std::vector<double>& from = knots.knots();
+  std::vector<double> to{from.front()};
+  bool any = false;
+  for (std::size_t i = 1; i < from.size(); ++i) {
+    const double step = from[i] - from[i - 1];
+    const bool is_short = step > 0 && step < least;
+    to.push_back(to.back() + (is_short ? least : step));
+    any = any || is_short;
+  }
+  if (!any) return knots;
+  Result<KnotVector> made = knots.is_periodic() ? KnotVector::periodic(knots.degree(), std::move(to))
+                                                : KnotVector::open(knots.degree(), std::move(to));
+  return made ? *std::move(made) : knots;
+}
 
 Error nothing_moves() {
   return make_error(ErrorCode::invalid_argument, "found no control point that may move", "supports");
@@ -34,7 +59,9 @@ Result<SculptSystem> SculptSystem::create(const BSplineSurface& rest, const Scul
                                           const IterativeOptions& iteration) {
   if (const Status status = check(rest); !status) return status.error();
   if (const Status status = check(setup.energy); !status) return status.error();
-  const BSplineSurface scaled = scaled_domain(rest);
+  BSplineSurface scaled = scaled_domain(rest);
+  scaled.u = measurable(scaled.u);
+  scaled.v = measurable(scaled.v);
   StiffnessProblem problem{scaled.u, scaled.v, setup.energy, setup.supports, {}, 0, setup.held};
   for (std::size_t i = 0; i < setup.held.size(); ++i)
     if (setup.held[i] >= rest.control.size() || (i > 0 && setup.held[i] <= setup.held[i - 1]))

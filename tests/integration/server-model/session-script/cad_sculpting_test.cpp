@@ -127,9 +127,11 @@ std::optional<Middle> middle_of(const SculptShape& shape) {
   return {};
 }
 
-/// Enough for two held rows at either side and some that are free between them.
-std::uint32_t enough(const geometry::KnotVector& knots) {
-  return static_cast<std::uint32_t>(std::max(knots.degree() + 5, knots.control_count()));
+/// Whether a control point acts at the parameter that the held rows at both ends (clamped sides) leave free.
+bool yields(const geometry::KnotVector& knots, double parameter) {
+  if (knots.is_periodic()) return true;
+  const int last = knots.span(parameter);
+  return std::min(last, knots.control_count() - 3) >= std::max(last - knots.degree(), 2);
 }
 
 /// The line of the table.
@@ -167,19 +169,24 @@ class CadSculpting : public ::testing::Test {
   /// others.
   static void sculpt(LocalTarget& target, const std::string& id, Row& row) {
     SculptPtr face = face_of(target, id);
-    if (std::getenv("DUMP") && (face->face==34||face->face==37)) { for (const auto* k : {&face->rest->u,&face->rest->v}) { std::cout << "DBG " << id << (k->is_periodic()?" per ":" open ") << k->degree() << " n " << k->control_count() << ":"; for (double x : k->knots()) std::cout << " " << x; std::cout << "\n"; } if (auto m = middle_of(*face)) std::cout << "DBG mid " << m->uv.transpose() << " size " << m->size_m << "\n"; }
-    const std::uint32_t u = enough(face->rest->u), v = enough(face->rest->v);
-    if (u * v != face->rest->control.size()) {
-      v1::Operation refine;
-      refine.mutable_refine_surface()->set_entity(id);
-      refine.mutable_refine_surface()->set_control_u(u);
-      refine.mutable_refine_surface()->set_control_v(v);
-      submit(target, refine);
-      ++row.refined;
-      face = face_of(target, id);
-    }
     const auto middle = middle_of(*face);
     ASSERT_TRUE(middle) << id << " has no inside";
+    bool refined = false;
+    while (!yields(face->rest->u, middle->uv.x()) || !yields(face->rest->v, middle->uv.y())) {
+      const auto more = [](const geometry::KnotVector& knots, double parameter) {
+        const auto now = static_cast<std::uint32_t>(knots.control_count());
+        return yields(knots, parameter) ? now : now + 4;
+      };
+      v1::Operation refine;
+      refine.mutable_refine_surface()->set_entity(id);
+      refine.mutable_refine_surface()->set_control_u(more(face->rest->u, middle->uv.x()));
+      refine.mutable_refine_surface()->set_control_v(more(face->rest->v, middle->uv.y()));
+      submit(target, refine);
+      ASSERT_FALSE(HasFailure());
+      refined = true;
+      face = face_of(target, id);
+    }
+    if (refined) ++row.refined;
     const Vec2 uv = middle->uv;
     v1::Operation add;
     v1::AddIcon& icon = *add.mutable_add_icon();
