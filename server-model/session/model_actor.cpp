@@ -5,6 +5,7 @@
 #include <future>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "server-model/model/canonical.h"
 #include "server-model/model/reference_distance.h"
@@ -27,6 +28,17 @@ bool reads_files(const v1::Operation& operation) {
   if (operation.has_import_model()) return true;  // Also one that brings a model: it is refused there.
   return operation.has_import_strokes() &&
          (!operation.import_strokes().path().empty() || operation.import_strokes().resolved().empty());
+}
+
+std::vector<stream::IconMark> scene_marks(const std::vector<interaction::IconMark>& marks) {
+  using From = interaction::IconMark::Kind;
+  using To = stream::IconMark::Kind;
+  std::vector<stream::IconMark> result;
+  result.reserve(marks.size());
+  for (const interaction::IconMark& mark : marks) {
+    result.push_back({mark.name.entity, mark.name.icon, mark.kind == From::held ? To::held : To::target});
+  }
+  return result;
 }
 
 }  // namespace
@@ -169,8 +181,8 @@ void ModelActor::notify(std::string words) {
 
 void ModelActor::publish_scene() {
   frames_without_scene_ = 0;
-  stream::ScenePtr scene =
-      builder_.build(model_, interaction_.active_shape(), capture_time_ns_, interaction_.targets());
+  stream::ScenePtr scene = builder_.build(model_, interaction_.active_shape(), capture_time_ns_,
+                                          interaction_.targets(), scene_marks(interaction_.icon_marks()));
   {
     const std::lock_guard lock(scene_mutex_);
     scene_.swap(scene);

@@ -119,8 +119,10 @@ std::string pack_curve(const std::vector<Eigen::Vector3d>& curve) {
   return packed;
 }
 
-const char* mode_words(const interaction::Modes& modes) {
+std::string mode_words(const interaction::Interaction& interaction) {
+  const interaction::Modes& modes = interaction.modes();
   if (modes.tool == interaction::HandTool::move) return "move";
+  if (std::string words = interaction.sculpting_words(); !words.empty()) return words;
   return modes.trim == interaction::TrimMode::profile ? "profile" : "boundary";
 }
 
@@ -146,7 +148,7 @@ v1::Presence hand_presence(const v1::TrackingFrame& frame, int hand,
     presence.mutable_disk()->set_time_ns(frame.capture_time_ns());
   }
   const interaction::Modes& modes = interaction.modes();
-  presence.set_mode(mode_words(modes));
+  presence.set_mode(mode_words(interaction));
   presence.set_falloff(modes.falloff);
   presence.set_palette_page(static_cast<std::uint32_t>(modes.palette_page));
   if (!activity.curve.empty()) {

@@ -15,8 +15,9 @@ v1::Presence clean_presence(v1::Presence presence);
 
 /// What a hand of `frame` does, for viewers: the hand and the head themselves, the tool in words, the
 /// modification disk (A13), the potentiometer's range (A16), the curve being drawn (its points made fewer
-/// when there are more than a viewer can tell apart), the symmetry plane (A12) and what pointing does. `hand`
-/// counts from 0 and may be one that the frame does not have.
+/// when there are more than a viewer can tell apart), the symmetry plane (A12) and what pointing does, or
+/// with a sculpted surface active which icon is selected or added. `hand` counts from 0 and may be one that
+/// the frame does not have.
 v1::Presence hand_presence(const v1::TrackingFrame& frame, int hand,
                            const interaction::Interaction& interaction);
 
