@@ -6,11 +6,13 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "common/base/table_palette.h"
 #include "server-model/interaction/interaction.h"
 #include "server-model/model/canonical.h"
+#include "server-model/model/sculpt_shape.h"
 #include "tests/support/hand_script.h"
 
 namespace handloft::interaction {
@@ -97,6 +99,8 @@ void play(Interaction& interaction, test::HandScript& script, const std::vector<
           0.01 * move.dial);
       if (move.fault % 7 == 6)
         frame = test::with_second_hand(frame, script.closed(-at + Vector3d(0, 0, 0.2)));
+      set_vec3(*frame.mutable_space_mouse()->mutable_translation(), 0.01 * Vector3d(0, move.x, move.y));
+      if (move.dial > 50) frame.clear_space_mouse();
       spoil(frame, move.fault);
       interaction.on_frame(frame);
     }
@@ -106,6 +110,14 @@ void play(Interaction& interaction, test::HandScript& script, const std::vector<
 
 bool all_finite(const model::Document& document) {
   for (const auto& [id, entity] : document.entities) {
+    if (const model::SculptPtr sculpted = model::as_sculpt(entity)) {
+      for (const auto& point : sculpted->surface->control) {
+        if (!point.allFinite()) return false;
+      }
+      for (const model::SculptIcon& icon : *sculpted->icons) {
+        if (!icon.place.allFinite()) return false;
+      }
+    }
     const model::DualPtr shape = model::as_dual(entity);
     if (!shape) continue;
     for (const model::DualPoint& point : shape->points) {
@@ -157,6 +169,52 @@ TEST(InteractionProperty, A25_a_hand_that_is_lost_in_the_end_leaves_no_gesture) 
     // The last state of a hand may have been unknown while it was seen: then its gesture was ended, not
     // cancelled.
     if (submitted == 0) RC_ASSERT(model::document_hash(model.document()) == before);
+  }));
+}
+
+// A sheet in the midst of the hand's ways, with icons of each kind to run into.
+TEST(InteractionProperty, D19_random_frames_about_a_sculpted_surface_undo_to_the_start) {
+  model::Model base;
+  v1::Operation make;
+  v1::CreateSculptSurface& create = *make.mutable_create_sculpt_surface();
+  create.set_id("sheet");
+  create.mutable_rectangle()->mutable_pose()->mutable_position()->set_z(0.1);
+  create.mutable_rectangle()->set_width_m(0.2);
+  create.mutable_rectangle()->set_depth_m(0.2);
+  create.set_control_u(8);
+  create.set_control_v(8);
+  ASSERT_TRUE(base.submit(make).ok());
+  const auto add = [&](v1::IconShape shape, v1::IconRole role, const std::vector<Vector3d>& places) {
+    v1::Operation operation;
+    operation.mutable_add_icon()->set_entity("sheet");
+    operation.mutable_add_icon()->set_shape(shape);
+    operation.mutable_add_icon()->set_role(role);
+    operation.mutable_add_icon()->add_sensors("hand");
+    operation.mutable_add_icon()->add_sensors("spacemouse");
+    for (const Vector3d& place : places) set_vec3(*operation.mutable_add_icon()->add_places(), place);
+    ASSERT_TRUE(base.submit(operation).ok());
+  };
+  add(v1::ICON_POINT, v1::ICON_CONSTRAINT, {{0.05, 0.05, 0.1}});
+  add(v1::ICON_POINT, v1::ICON_LOAD, {{-0.05, 0.05, 0.1}});
+  add(v1::ICON_CURVE, v1::ICON_CONSTRAINT, {{-0.06, -0.05, 0.1}, {0.06, -0.05, 0.1}});
+  add(v1::ICON_REGION, v1::ICON_LOAD, {{-0.02, -0.02, 0.1}, {0.02, 0.02, 0.1}});
+  const model::Document start = base.document();
+  const std::string start_hash = model::document_hash(start);
+  EXPECT_TRUE(rc::check([&] {
+    const auto moves = any_moves();
+    model::Model model(start);
+    Interaction interaction(model);
+    test::HandScript script;
+    play(interaction, script, moves);
+    RC_ASSERT(all_finite(model.preview()));
+    interaction.finish();
+    RC_ASSERT(!model.has_provisional());
+    RC_ASSERT(interaction.icon_marks().empty());
+    RC_ASSERT(all_finite(model.document()));
+    v1::Operation undo;
+    undo.mutable_undo();
+    while (model.history().undo_steps() > 0) RC_ASSERT(model.submit(undo).ok());
+    RC_ASSERT(model::document_hash(model.document()) == start_hash);
   }));
 }
 
