@@ -25,6 +25,7 @@ using geometry::Vec3;
 namespace {
 
 constexpr std::uint32_t default_degree = 3;
+constexpr std::size_t least_spans = 4;  ///< With clamped sides fewer would leave next to nothing to move.
 constexpr double max_extent_m = 1000;
 constexpr double min_extent_m = 1e-6;
 
@@ -32,6 +33,14 @@ Status check_extent(double value, const std::string& field) {
   if (value >= min_extent_m && value <= max_extent_m) return {};
   return make_error(ErrorCode::invalid_argument,
                     fmt::format("found {} m, expected {}..{}", value, min_extent_m, max_extent_m), field);
+}
+
+/// As asked for; 0: as there are, or as many more as there are spans too few.
+std::uint32_t control_count(std::uint32_t asked, const KnotVector& knots) {
+  if (asked > 0) return asked;
+  const std::size_t spans = knots.spans().size();
+  const std::size_t missing = spans < least_spans ? least_spans - spans : 0;
+  return static_cast<std::uint32_t>(static_cast<std::size_t>(knots.control_count()) + missing);
 }
 
 Result<BSplineSurface> flat(const v1::Rectangle& rectangle, const std::string& field, const Limits& limits) {
@@ -194,7 +203,8 @@ Result<SculptShape> make_sculpt_surface(const Document& document, const v1::Crea
                       "found no source, expected surface, rectangle, fitted, points or mesh", field);
   }();
   if (!made) return made.error();
-  auto surface = refined(*made, request.control_u(), request.control_v(), field, limits);
+  auto surface = refined(*made, control_count(request.control_u(), made->u),
+                         control_count(request.control_v(), made->v), field, limits);
   if (!surface) return surface.error();
   set_at_rest(shape, std::move(*surface));
   return shape;

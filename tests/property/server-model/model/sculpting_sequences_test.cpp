@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <cmath>
 #include <map>
 #include <memory>
 #include <string>
@@ -142,6 +143,50 @@ TEST(SculptingSequences, D20X5X2KeepEveryInvariantUndoRedoAndReplayToTheBit) {
     EXPECT_GT(applied[maker.name], 3 * sequences_per_case) << maker.name;
   for (const char* name : {"transform", "duplicate", "undo", "redo"})
     EXPECT_GE(applied[name], sequences_per_case) << name;
+}
+
+// The invariants above can fail: each is broken once.
+TEST(SculptingInvariants, NoticeWhatIsBroken) {
+  Model model;
+  v1::Operation operation;
+  auto& request = *operation.mutable_add_icon();
+  request.set_entity("s");
+  request.set_id("p");
+  request.add_parameters()->set_x(0.15);
+  request.mutable_parameters(0)->set_y(0.1);
+  request.mutable_create()->mutable_rectangle()->set_width_m(0.3);
+  request.mutable_create()->mutable_rectangle()->set_depth_m(0.2);
+  ASSERT_TRUE(model.submit(operation).ok());
+  operation.mutable_drag_icon()->set_entity("s");
+  operation.mutable_drag_icon()->set_icon("p");
+  operation.mutable_drag_icon()->mutable_translation()->set_z(0.02);
+  ASSERT_TRUE(model.submit(operation).ok());
+  const SculptPtr good = as_sculpt(model.document().find("s"));
+  ASSERT_TRUE(good);
+  ASSERT_EQ(test::broken_sculpt(*good), "");
+
+  const auto with_point = [&](std::size_t index, double z) {
+    SculptShape shape = *good;
+    auto surface = std::make_shared<geometry::BSplineSurface>(*good->surface);
+    surface->control[index].z() += z;
+    shape.surface = surface;
+    return test::broken_sculpt(shape);
+  };
+  const std::size_t middle = good->surface->control.size() / 2 + 3;
+  EXPECT_NE(with_point(middle, std::nan("")), "");
+  EXPECT_NE(with_point(middle, 1e-8), "");
+  EXPECT_NE(with_point(0, 1e-15), "") << "a clamped corner";
+  const auto with_icon = [&](auto change) {
+    SculptShape shape = *good;
+    auto icons = std::make_shared<std::vector<SculptIcon>>(*good->icons);
+    change(icons->front());
+    shape.icons = icons;
+    return test::broken_sculpt(shape);
+  };
+  EXPECT_NE(with_icon([](SculptIcon& icon) { icon.translation.z() += 1e-8; }), "") << "D6";
+  EXPECT_NE(with_icon([](SculptIcon& icon) { icon.place.x() += 1e-11; }), "") << "D14";
+  EXPECT_NE(with_icon([](SculptIcon& icon) { icon.state = IconState::sleeping; }), "") << "D13";
+  EXPECT_NE(with_icon([](SculptIcon& icon) { icon.parameters[0].x() = 7; }), "");
 }
 
 }  // namespace

@@ -33,6 +33,16 @@ TEST_F(Sculpting, AFittedShapeIsTakenExactly) {
             "create_sculpt_surface.fitted");
 }
 
+TEST_F(Sculpting, ThereIsSomethingToMoveWhereNobodyAskedForControlPoints) {
+  apply(R"({"create_sculpt_surface": {"id": "plain", "rectangle": {"width_m": 0.4, "depth_m": 0.3}}})");
+  EXPECT_EQ(as_sculpt(model.document().find("plain"))->rest->u.control_count(), 3 + 4) << "four spans";
+  apply(R"({"add_icon": {"entity": "plain", "id": "p", "parameters": [{"x": 0.2, "y": 0.15}]}})");
+  apply(R"({"drag_icon": {"entity": "plain", "icon": "p", "translation": {"z": 0.02}}})");
+  apply(
+      R"({"create_sculpt_surface": {"id": "few", "rectangle": {"width_m": 0.4, "depth_m": 0.3}, "control_u": 5}})");
+  EXPECT_EQ(as_sculpt(model.document().find("few"))->rest->u.control_count(), 5) << "as asked for";
+}
+
 TEST_F(Sculpting, PointsAreApproximatedWithTheErrorSaid) {
   ASSERT_TRUE(model.submit(create("cloud")).ok());
   ASSERT_TRUE(model.submit(add("cloud", saddle_points())).ok());
