@@ -58,6 +58,13 @@ std::vector<double> thinned(const KnotVector& knots, std::size_t step) {
   return result;
 }
 
+double chord_of(const BSplineSurface& surface, const SculptMeshOptions& options) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& point : surface.control) box.extend(point);
+  return box.isEmpty() ? options.chord_tolerance_m
+                       : std::max(options.chord_tolerance_m, options.chord_fraction * box.diagonal().norm());
+}
+
 }  // namespace
 
 Result<GridParameters> sculpt_grid(const BSplineSurface& surface, const SculptMeshOptions& options) {
@@ -68,7 +75,7 @@ Result<GridParameters> sculpt_grid(const BSplineSurface& surface, const SculptMe
     return GridParameters{thinned(surface.u, step), thinned(surface.v, step)};
   }
   constexpr int most_doublings = 40;
-  double tolerance = options.chord_tolerance_m;
+  double tolerance = chord_of(surface, options);
   Result<GridParameters> grid = geometry::grid_within(surface, tolerance, options.max_vertices);
   for (int i = 0; !grid && grid.error().code == ErrorCode::resource_exhausted && i < most_doublings; ++i) {
     tolerance *= 2;
@@ -96,7 +103,7 @@ Result<SculptMesher> SculptMesher::create(const model::SculptShape& shape, std::
   }
   SculptMesher mesher(shape);
   geometry::SurfaceMeshOptions meshing;
-  meshing.chord_tolerance_m = options.chord_tolerance_m;
+  meshing.chord_tolerance_m = chord_of(*shape.surface, options);
   meshing.max_vertices = options.max_vertices;
   meshing.largest_cell = 1.0 / options.least_parts;
   auto mesh = geometry::tessellate(*shape.surface, model::trim_loops(shape), meshing, &mesher.places_);

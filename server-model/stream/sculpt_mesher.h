@@ -16,6 +16,7 @@ namespace handloft::stream {
 
 struct SculptMeshOptions {
   double chord_tolerance_m = 1e-4;     ///< As geometry::SurfaceMeshOptions.
+  double chord_fraction = 2e-5;        ///< Or this part of the diagonal, where that is larger: a ship.
   std::size_t max_vertices = 120'000;  ///< Coarser than the tolerance, where it would take more.
   int least_parts = 64;                ///< In each direction: what is flat at rest bends under its icons.
 };
