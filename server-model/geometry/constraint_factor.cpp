@@ -70,7 +70,8 @@ void ConstraintFactor::factorise() {
     rest += by_anchors_ * scaled_(anchors_, anchors_) * by_anchors_.transpose() - mixed - mixed.transpose();
   }
   Eigen::VectorXd noise(count);  // What rounding can leave on the diagonal goes with what was subtracted.
-  for (Eigen::Index i = 0; i < count; ++i) noise[i] = dependence * (1 + by_anchors_.row(i).squaredNorm());
+  noise.setConstant(dependence);
+  if (!anchors_.empty()) noise += dependence * by_anchors_.rowwise().squaredNorm();
   lower_ = Eigen::MatrixXd::Zero(count, count);
   std::vector<bool> done(static_cast<std::size_t>(count), false);
   for (Eigen::Index column = 0; column < count; ++column) {
@@ -108,11 +109,17 @@ std::vector<Eigen::Index> ConstraintFactor::combination(std::size_t at) const {
   if (!(scaled_(row, row) > 0)) return {};
   const Eigen::Index place = std::lower_bound(others_.begin(), others_.end(), row) - others_.begin();
   // others[place] = sum_i a_i others[pivots_i] + anchors.
-  const Eigen::VectorXd by_pivots = triangle_.transpose().triangularView<Eigen::Upper>().solve(
-      Eigen::VectorXd(lower_.row(place).transpose()));
-  Eigen::VectorXd by_anchor = by_anchors_.row(place).transpose();
-  for (std::size_t i = 0; i < pivots_.size(); ++i)
-    by_anchor -= by_pivots[static_cast<Eigen::Index>(i)] * by_anchors_.row(pivots_[i]).transpose();
+  Eigen::VectorXd by_pivots(0);
+  if (!pivots_.empty()) {
+    by_pivots = triangle_.transpose().triangularView<Eigen::Upper>().solve(
+        Eigen::VectorXd(lower_.row(place).transpose()));
+  }
+  Eigen::VectorXd by_anchor(0);
+  if (!anchors_.empty()) {
+    by_anchor = by_anchors_.row(place).transpose();
+    for (std::size_t i = 0; i < pivots_.size(); ++i)
+      by_anchor -= by_pivots[static_cast<Eigen::Index>(i)] * by_anchors_.row(pivots_[i]).transpose();
+  }
   double largest = 0;
   if (by_pivots.size() > 0) largest = by_pivots.cwiseAbs().maxCoeff();
   if (by_anchor.size() > 0) largest = std::max(largest, by_anchor.cwiseAbs().maxCoeff());

@@ -88,7 +88,7 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
     const SculptColumn& column = *next.columns[static_cast<std::size_t>(j)];
     for (Eigen::Index i = 0; i < m; ++i)
       s(i, j) = next.columns[static_cast<std::size_t>(i)]->of(column.response);
-    b.row(j) = column.modes;
+    if (modes > 0) b.row(j) = column.modes;
   }
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!next.coupled) {
