@@ -59,7 +59,7 @@ inline constexpr int first_palette_page = 1;
 /// the work, none over a tag of the board (daemon-tracking/source/rig.cpp): what every shape needs to the
 /// right of it, what is done with whole shapes to the left, and what is set now and then in a row between the
 /// work and the designer. That row has pages, which "More" turns; a new command takes a free place of the
-/// last page's row (x from -0.18 to 0.24), or of a page of its own, and nothing else changes: server, client
+/// last page's row (x from -0.18 to 0.18), or of a page of its own, and nothing else changes: server, client
 /// and simulated hand know the pages from here.
 inline constexpr std::array<PaletteCell, 31> table_palette{{
     {PaletteCommand::fit, "Fit", 0.17, 0.06, 0.05, 0.05, "◠"},
@@ -76,19 +76,19 @@ inline constexpr std::array<PaletteCell, 31> table_palette{{
     {PaletteCommand::erase, "Delete", -0.145, -0.06, 0.05, 0.05, "✖"},
     {PaletteCommand::both, "Points + surface", -0.085, -0.06, 0.05, 0.05, "◉"},
 
-    {PaletteCommand::refit_plane, "Refit plane", -0.18, -0.205, 0.05, 0.05, "▱", 1},
+    {PaletteCommand::export_file, "Export", -0.18, -0.205, 0.05, 0.05, "⇪", 1},
     {PaletteCommand::degree, "Degree", -0.12, -0.205, 0.05, 0.05, "ⁿ", 1},
     {PaletteCommand::exponent, "Exponent", -0.06, -0.205, 0.05, 0.05, "◇", 1},
     {PaletteCommand::trim_mode, "Profile / boundary", 0.0, -0.205, 0.05, 0.05, "✂", 1},
     {PaletteCommand::keep_curve, "Keep curve", 0.06, -0.205, 0.05, 0.05, "∿", 1},
     {PaletteCommand::new_alternative, "New alternative", 0.12, -0.205, 0.05, 0.05, "⎇", 1},
     {PaletteCommand::next_alternative, "Next alternative", 0.18, -0.205, 0.05, 0.05, "⇄", 1},
-    {PaletteCommand::export_file, "Export", 0.24, -0.205, 0.05, 0.05, "⇪", 1},
 
-    {PaletteCommand::falloff, "Falloff", -0.18, -0.205, 0.05, 0.05, "∩", 2},
-    {PaletteCommand::sculpt, "Sculpt", -0.12, -0.205, 0.05, 0.05, "▦", 2},
-    {PaletteCommand::commit_sculpting, "Commit", -0.06, -0.205, 0.05, 0.05, "✓", 2},
-    {PaletteCommand::recover_sculpting, "Recover", 0.0, -0.205, 0.05, 0.05, "⟲", 2},
+    {PaletteCommand::sculpt, "Sculpt", -0.18, -0.205, 0.05, 0.05, "▦", 2},
+    {PaletteCommand::commit_sculpting, "Commit", -0.12, -0.205, 0.05, 0.05, "✓", 2},
+    {PaletteCommand::recover_sculpting, "Recover", -0.06, -0.205, 0.05, 0.05, "⟲", 2},
+    {PaletteCommand::falloff, "Falloff", 0.0, -0.205, 0.05, 0.05, "∩", 2},
+    {PaletteCommand::refit_plane, "Refit plane", 0.06, -0.205, 0.05, 0.05, "▱", 2},
 
     {PaletteCommand::icon_pen, "Icon pen", -0.18, -0.205, 0.05, 0.05, "✎", 3},
     {PaletteCommand::icon_property, "Icon property", -0.12, -0.205, 0.05, 0.05, "➹", 3},
@@ -97,7 +97,7 @@ inline constexpr std::array<PaletteCell, 31> table_palette{{
     {PaletteCommand::icon_stiffness, "Load stiffness", 0.06, -0.205, 0.05, 0.05, "⚖", 3},
     {PaletteCommand::delete_icon, "Delete icon", 0.12, -0.205, 0.05, 0.05, "✘", 3},
 
-    {PaletteCommand::next_page, "More", -0.24, -0.205, 0.05, 0.05, "⋯"},
+    {PaletteCommand::next_page, "More", 0.24, -0.205, 0.05, 0.05, "⋯"},
 }};
 
 /// How many pages there are.

@@ -63,9 +63,10 @@ Result<std::unique_ptr<StiffnessSolver>> make_direct_solver(const StiffnessProbl
 Result<std::unique_ptr<StiffnessSolver>> make_direct_solver(const Eigen::SparseMatrix<double>& k);
 
 /// By conjugate gradients (mode_preconditioner.h), to a relative residual, or as near to it as doubles come:
-/// |K| |x| is 1e8 |f| and more at a million unknowns, so that rounding x alone leaves some 1e-8, and more where
-/// the surface can move far; report() says what was reached. Errors: as above, but unsupported when points are
-/// held beside the supports; resource_exhausted above ModePreconditioner::max_modes in both directions.
+/// |K| |x| is 1e8 |f| and more at a million unknowns, so that rounding x alone leaves some 1e-8, and more
+/// where the surface can move far; report() says what was reached. Errors: as above, but unsupported when
+/// points are held beside the supports; resource_exhausted above ModePreconditioner::max_modes in both
+/// directions.
 struct IterativeOptions {
   double relative_residual = 1e-10;
   int max_iterations = 400;

@@ -23,11 +23,11 @@ struct Limits {
   double max_coordinate_m = 1e4;            ///< 10 km: beyond any workspace; keeps squares far from overflow.
   double min_superellipse_exponent = 0.2;   ///< A22
   double max_superellipse_exponent = 20.0;  ///< A22
-  std::size_t max_boundary_points = 20'000;  ///< Of a trimming curve (A24): ten minutes of drawing.
-  std::size_t max_disk_poses = 20'000;       ///< Of one push (A14): nearly four minutes at 90 Hz.
-  double max_disk_radius_m = 1.0;            ///< Of the disk (A13); a hand has 0.06.
-  std::uint32_t max_degree = 6;              ///< A4
-  std::uint32_t default_degree = 2;          ///< A4: what degree 0 in CreateDualShape means.
+  std::size_t max_boundary_points = 20'000;    ///< Of a trimming curve (A24): ten minutes of drawing.
+  std::size_t max_disk_poses = 20'000;         ///< Of one push (A14): nearly four minutes at 90 Hz.
+  double max_disk_radius_m = 1.0;              ///< Of the disk (A13); a hand has 0.06.
+  std::uint32_t max_degree = 6;                ///< A4
+  std::uint32_t default_degree = 2;            ///< A4: what degree 0 in CreateDualShape means.
   std::size_t max_control_points = 1'050'000;  ///< Of one sculpted surface (D21's largest: a million).
   std::size_t max_icons = 256;                 ///< Of one sculpted surface.
   std::size_t max_icon_corners = 2'000;        ///< Of a curve icon, as drawn.
@@ -37,8 +37,8 @@ struct Limits {
   std::size_t max_model_bytes = 256U << 20;    ///< Of an imported CAD model.
   std::size_t max_model_faces = 4'000;         ///< Sculptable ones; each is an entity.
   std::size_t max_trim_curves = 20'000;        ///< Of one face.
-  std::size_t max_history_steps = 10'000;    ///< Oldest steps are forgotten first.
-  std::size_t max_provisional = 64;          ///< Gestures in the air at one time.
+  std::size_t max_history_steps = 10'000;      ///< Oldest steps are forgotten first.
+  std::size_t max_provisional = 64;            ///< Gestures in the air at one time.
 };
 
 }  // namespace handloft::model

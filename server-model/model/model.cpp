@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "server-model/model/sculpt_solvers.h"
 #include "server-model/model/query.h"
+#include "server-model/model/sculpt_solvers.h"
 
 namespace handloft::model {
 

@@ -130,7 +130,8 @@ std::vector<v1::Operation> any_operations() {
     operations.emplace_back().mutable_create_dual_shape()->set_id(id);
     auto& symmetry = *operations.emplace_back().mutable_set_symmetry();
     symmetry.set_entity(id);
-    symmetry.set_mode(static_cast<v1::SetSymmetry::Mode>(std::min(test::in_range(0, 4), 2)));  // Often linked.
+    symmetry.set_mode(
+        static_cast<v1::SetSymmetry::Mode>(std::min(test::in_range(0, 4), 2)));  // Often linked.
     symmetry.mutable_plane()->mutable_normal()->set_x(1);
   }
   for (int i = 0; i < count; ++i) operations.push_back(any_operation());

@@ -23,7 +23,8 @@ namespace {
 
 namespace v1 = handloft::v1;
 
-/// Three for each of RapidCheck's 100 cases, of up to 40 operations, some 1 s; a sanitized build does a third.
+/// Three for each of RapidCheck's 100 cases, of up to 40 operations, some 1 s; a sanitized build does a
+/// third.
 constexpr int sequences_per_case = handloft::test::sanitized ? 1 : 3;
 constexpr int longest_sculpting = 40;
 

@@ -62,7 +62,7 @@ TEST(PaletteLayoutTest, a_place_means_what_the_page_shows_there) {
   const PaletteCell& falloff = palette_cell_of(PaletteCommand::falloff);
   const auto at = [&](int page) { return palette_command_at(falloff.centre_x_m, falloff.centre_y_m, page); };
   EXPECT_EQ(at(falloff.page), PaletteCommand::falloff);
-  EXPECT_EQ(at(first_palette_page), PaletteCommand::refit_plane);
+  EXPECT_EQ(at(first_palette_page), PaletteCommand::trim_mode);
   EXPECT_EQ(at(palette_pages + 1), std::nullopt);
   // What every shape needs is on every page.
   const PaletteCell& fit = palette_cell_of(PaletteCommand::fit);
