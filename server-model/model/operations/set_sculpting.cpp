@@ -60,7 +60,7 @@ Result<Outcome> set_sculpting(const Document& document, const v1::SetSculpting& 
   }
   if (request.mode() == v1::SetSculpting::DISPLACEMENT) shape.absolute = false;
   if (request.mode() == v1::SetSculpting::ABSOLUTE) shape.absolute = true;
-  shape.least_squares = request.least_squares();
+  if (request.has_least_squares()) shape.least_squares = request.least_squares();
   Outcome outcome;
   if (auto status = settle(shape, "set_sculpting", context, outcome.notes); !status) return status.error();
   outcome.document = document;
