@@ -33,10 +33,26 @@ struct GloveBytes {
   std::vector<std::uint8_t> bytes;  ///< At most 64.
 };
 
+/// What the bytes of a DeviceBytes sample are.
+enum class DeviceData : std::uint8_t {
+  space_mouse_report = 1,  ///< One HID input report, id in front (space_mouse/space_mouse_report.h).
+  pen_facts = 2,           ///< A tablet's axes, before its first events (pen/pen_events.h).
+  pen_events = 3,          ///< Input events up to a SYN_REPORT, with the kernel's times (pen/pen_events.h).
+  serial_glove_line = 4,   ///< One line of a LucidGloves glove without its end (glove/serial_glove_line.h).
+};
+
+/// Bytes of any other device, unparsed: the parsers run behind the recording and are replayed too (T13).
+struct DeviceBytes {
+  TimePoint
+      arrival_time;  ///< When the bytes were ours; a device that knows better says so in its bytes (T4).
+  DeviceData kind = DeviceData::space_mouse_report;
+  std::vector<std::uint8_t> bytes;  ///< At most 4096.
+};
+
 /// A device came or went (T3). A glove that went releases every contact.
 struct DevicePresence {
   TimePoint time;
-  std::string device;  ///< "glove", "camera/left"
+  std::string device;  ///< "glove", "pen", "space_mouse", "camera/left"
   bool present = false;
 };
 
@@ -50,6 +66,6 @@ struct Truth {
   double pressure = 0.0;  ///< 0..1
 };
 
-using Sample = std::variant<CameraFrame, GloveBytes, DevicePresence, Truth>;
+using Sample = std::variant<CameraFrame, GloveBytes, DevicePresence, Truth, DeviceBytes>;
 
 }  // namespace handloft::tracking

@@ -11,7 +11,13 @@
 namespace handloft::tracking {
 namespace {
 
-enum Kind : std::uint8_t { kind_frame = 1, kind_glove = 2, kind_presence = 3, kind_truth = 4 };
+enum Kind : std::uint8_t {
+  kind_frame = 1,
+  kind_glove = 2,
+  kind_presence = 3,
+  kind_truth = 4,
+  kind_device = 5
+};
 
 class Writer {
  public:
@@ -163,6 +169,43 @@ Result<std::vector<std::uint8_t>> encode(const Truth& truth) {
   return writer.take();
 }
 
+Status check_device(unsigned kind, std::size_t size) {
+  constexpr auto last = static_cast<unsigned>(DeviceData::serial_glove_line);
+  if (kind < 1 || kind > last) {
+    return make_error(ErrorCode::unsupported, fmt::format("found {}, expected 1..{}", kind, last), "data");
+  }
+  if (size > max_device_bytes) {
+    return make_error(ErrorCode::resource_exhausted,
+                      fmt::format("found {} bytes, expected at most {}", size, max_device_bytes), "bytes");
+  }
+  return {};
+}
+
+Result<std::vector<std::uint8_t>> encode(const DeviceBytes& data) {
+  if (Status status = check_device(static_cast<unsigned>(data.kind), data.bytes.size()); !status)
+    return status.error();
+  Writer writer;
+  writer.number(std::uint8_t{kind_device});
+  writer.number(to_ns(data.arrival_time));
+  writer.number(static_cast<std::uint8_t>(data.kind));
+  writer.number(static_cast<std::uint16_t>(data.bytes.size()));
+  writer.append(data.bytes);
+  return writer.take();
+}
+
+Result<Sample> decode_device(Reader& reader) {
+  DeviceBytes data;
+  data.arrival_time = from_ns(reader.number<std::int64_t>("arrival_time"));
+  const auto kind = reader.number<std::uint8_t>("data");
+  const auto size = reader.number<std::uint16_t>("length");
+  const auto bytes = reader.take(size, "bytes");
+  if (Status status = reader.complete(); !status) return status.error();
+  if (Status status = check_device(kind, bytes.size()); !status) return status.error();
+  data.kind = static_cast<DeviceData>(kind);
+  data.bytes.assign(bytes.begin(), bytes.end());
+  return Sample(std::move(data));
+}
+
 Result<Sample> decode_frame(Reader& reader) {
   CameraFrame frame;
   frame.camera = reader.number<std::uint32_t>("camera");
@@ -243,11 +286,13 @@ Result<Sample> decode_sample(std::span<const std::uint8_t> bytes) {
       return decode_presence(reader);
     case kind_truth:
       return decode_truth(reader);
+    case kind_device:
+      return decode_device(reader);
     default:
       break;
   }
   if (bytes.empty()) return make_error(ErrorCode::data_corrupt, "found no bytes", "kind");
-  return make_error(ErrorCode::unsupported, fmt::format("found {}, expected 1..4", kind), "kind");
+  return make_error(ErrorCode::unsupported, fmt::format("found {}, expected 1..5", kind), "kind");
 }
 
 }  // namespace handloft::tracking

@@ -7,6 +7,7 @@
 //   2 GloveBytes      i64 arrival ns, u8 length, bytes
 //   3 DevicePresence  i64 time ns, u8 present (0, 1), u8 length, device name (UTF-8)
 //   4 Truth           i64 time ns, u8 hand present (0, 1), 15 + 3 + 4 + 1 doubles
+//   5 DeviceBytes     i64 arrival ns, u8 what they are (DeviceData), u16 length, bytes
 //
 // Bounded both ways: a hostile file can't make us allocate more than its own size.
 
@@ -22,6 +23,7 @@ namespace handloft::tracking {
 inline constexpr std::size_t max_frame_bytes = 8u << 20;  ///< A 4K MJPEG frame at best quality is below this.
 inline constexpr std::size_t max_frame_edge_px = 8192;
 inline constexpr std::size_t max_device_name = 255;
+inline constexpr std::size_t max_device_bytes = 4096;  ///< A frame of pen events is some 200.
 
 /// Errors: invalid_argument or resource_exhausted when a field doesn't fit the layout (too many bytes, NaN).
 Result<std::vector<std::uint8_t>> encode_sample(const Sample& sample);

@@ -8,7 +8,8 @@ TimePoint delivery_time(const Sample& sample) {
   return std::visit(
       [](const auto& value) {
         using T = std::decay_t<decltype(value)>;
-        if constexpr (std::is_same_v<T, CameraFrame> || std::is_same_v<T, GloveBytes>) {
+        if constexpr (std::is_same_v<T, CameraFrame> || std::is_same_v<T, GloveBytes> ||
+                      std::is_same_v<T, DeviceBytes>) {
           return value.arrival_time;
         } else {
           return value.time;
@@ -23,6 +24,8 @@ void shift_times(Sample& sample, Duration by) {
     frame->arrival_time += by;
   } else if (auto* report = std::get_if<GloveBytes>(&sample)) {
     report->arrival_time += by;
+  } else if (auto* data = std::get_if<DeviceBytes>(&sample)) {
+    data->arrival_time += by;
   } else if (auto* presence = std::get_if<DevicePresence>(&sample)) {
     presence->time += by;
   } else if (auto* truth = std::get_if<Truth>(&sample)) {

@@ -12,6 +12,10 @@ Status append_sample(record::RecordingWriter& writer, const Sample& sample) {
 
 bool RecordedSelection::wants(const Sample& sample) const {
   const auto* presence = std::get_if<DevicePresence>(&sample);
+  const auto is = [&sample](DeviceData data) {
+    const auto* bytes = std::get_if<DeviceBytes>(&sample);
+    return bytes != nullptr && bytes->kind == data;
+  };
   switch (kind) {
     case Kind::all:
       return true;
@@ -19,8 +23,13 @@ bool RecordedSelection::wants(const Sample& sample) const {
       if (const auto* frame = std::get_if<CameraFrame>(&sample)) return frame->camera == camera;
       return presence != nullptr && presence->device == device;
     case Kind::glove:
-      return std::holds_alternative<GloveBytes>(sample) ||
+      return std::holds_alternative<GloveBytes>(sample) || is(DeviceData::serial_glove_line) ||
              (presence != nullptr && presence->device == "glove");
+    case Kind::pen:
+      return is(DeviceData::pen_facts) || is(DeviceData::pen_events) ||
+             (presence != nullptr && presence->device == "pen");
+    case Kind::space_mouse:
+      return is(DeviceData::space_mouse_report) || (presence != nullptr && presence->device == "space_mouse");
   }
   return false;
 }

@@ -21,7 +21,7 @@ Status append_sample(record::RecordingWriter& writer, const Sample& sample);
 
 /// Which samples a stream hands on.
 struct RecordedSelection {
-  enum class Kind { all, camera, glove };
+  enum class Kind { all, camera, glove, pen, space_mouse };
   Kind kind = Kind::all;
   std::uint32_t camera = 0;  ///< Kind::camera: CameraFrame::camera.
   std::string device;        ///< Kind::camera: whose DevicePresence, "camera/left".
