@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/result.h"
@@ -42,12 +43,16 @@ struct ModeWish {
 double bandwidth_bytes_per_s(const VideoMode& mode);
 
 /// All modes worth trying, best first: after the first is refused for bandwidth (ENOSPC) the next that needs
-/// less is tried. Within 5 % of the wanted rate counts as reached; beyond it, nearest size, then raw before
+/// less is tried. Within 5 % of the wanted rate counts as reached; then nearest size, then raw before
 /// MJPEG as far as it fits, and grey only where asked for or nothing else is there (no colours: tags only).
 std::vector<VideoMode> rank_modes(const std::vector<VideoSize>& sizes, const ModeWish& wish);
 
 /// The first of rank_modes(). Errors: not_found, naming what there is.
 Result<VideoMode> choose_mode(const std::vector<VideoSize>& sizes, const ModeWish& wish);
+
+/// What to try after `refused` had no room on the bus: the best of `ranked` that needs less, of the same size
+/// as long as there is one (a calibration belongs to a size). Nullopt when nothing needs less.
+std::optional<VideoMode> smaller_mode(const std::vector<VideoMode>& ranked, const VideoMode& refused);
 
 /// What several cameras on one bus may ask for together.
 struct BusShare {
