@@ -17,11 +17,14 @@ constexpr double least_coefficient = 1e-6;
 /// is the later ones that follow from the first.
 constexpr double first_of_equals = 1 - 1e-6;
 constexpr int refinements = 2;
+/// Anchors are hard rows where these pin the modes to within this part of the best.
+constexpr double hard_anchor = 1e-3;
 
 }  // namespace
 
-ConstraintFactor::ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b)
-    : s_(std::move(s)), b_(std::move(b)) {
+ConstraintFactor::ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b, std::vector<bool> soft)
+    : s_(std::move(s)), b_(std::move(b)), soft_(std::move(soft)) {
+  if (std::find(soft_.begin(), soft_.end(), true) == soft_.end()) soft_.clear();
   const Eigen::Index m = s_.rows();
   scale_.resize(m);
   for (Eigen::Index i = 0; i < m; ++i) scale_[i] = s_(i, i) > 0 ? std::sqrt(s_(i, i)) : 1.0;
@@ -46,10 +49,24 @@ void ConstraintFactor::choose_anchors() {
   }
   scaled_b_ = (scaled_b_ * pinned_).eval();
   std::vector<bool> is_anchor(static_cast<std::size_t>(m), false);
+  Rows candidates;
+  for (Eigen::Index i = 0; i < m; ++i)
+    if (!is_soft(i)) candidates.push_back(i);
+  const auto pin_by = [&](const Eigen::MatrixXd& rows) {
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> order(rows.transpose());
+    const auto& r = order.matrixQR();
+    if (rows.rows() < m && std::abs(r(pinned - 1, pinned - 1)) < hard_anchor * std::abs(r(0, 0)))
+      return false;
+    for (Eigen::Index i = 0; i < pinned; ++i) {
+      const Eigen::Index at = order.colsPermutation().indices()[i];
+      is_anchor[static_cast<std::size_t>(rows.rows() < m ? candidates[static_cast<std::size_t>(at)] : at)] =
+          true;
+    }
+    return true;
+  };
   if (pinned > 0) {
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> order(scaled_b_.transpose());
-    for (Eigen::Index i = 0; i < pinned; ++i)
-      is_anchor[static_cast<std::size_t>(order.colsPermutation().indices()[i])] = true;
+    const auto hard = static_cast<Eigen::Index>(candidates.size());
+    if (hard == m || hard < pinned || !pin_by(scaled_b_(candidates, Eigen::all))) pin_by(scaled_b_);
   }
   for (Eigen::Index i = 0; i < m; ++i)
     (is_anchor[static_cast<std::size_t>(i)] ? anchors_ : others_).push_back(i);
@@ -74,16 +91,25 @@ void ConstraintFactor::factorise() {
   if (!anchors_.empty()) noise += dependence * by_anchors_.rowwise().squaredNorm();
   lower_ = Eigen::MatrixXd::Zero(count, count);
   std::vector<bool> done(static_cast<std::size_t>(count), false);
+  for (Eigen::Index i = 0; i < count; ++i)
+    if (is_soft(others_[static_cast<std::size_t>(i)])) noise[i] *= soft_dependence / dependence;
+  bool softly = false;
   for (Eigen::Index column = 0; column < count; ++column) {
     double largest = 0;
+    const auto can_be = [&](Eigen::Index i) {
+      return !done[static_cast<std::size_t>(i)] && rest(i, i) > noise[i] &&
+             is_soft(others_[static_cast<std::size_t>(i)]) == softly;
+    };
     for (Eigen::Index i = 0; i < count; ++i)
-      if (!done[static_cast<std::size_t>(i)] && rest(i, i) > noise[i])
-        largest = std::max(largest, rest(i, i));
-    if (!(largest > 0)) break;
+      if (can_be(i)) largest = std::max(largest, rest(i, i));
+    if (!(largest > 0)) {
+      if (softly || soft_.empty()) break;
+      softly = true;
+      --column;
+      continue;
+    }
     Eigen::Index pivot = 0;
-    while (done[static_cast<std::size_t>(pivot)] || !(rest(pivot, pivot) > noise[pivot]) ||
-           rest(pivot, pivot) < first_of_equals * largest)
-      ++pivot;
+    while (!can_be(pivot) || rest(pivot, pivot) < first_of_equals * largest) ++pivot;
     done[static_cast<std::size_t>(pivot)] = true;
     pivots_.push_back(pivot);
     const double root = std::sqrt(rest(pivot, pivot));
@@ -170,7 +196,8 @@ ConstraintFactor::Multipliers ConstraintFactor::step(const Eigen::MatrixXd& d,
 // Responses that the kept rows can bring about: those of the anchors at will, those of the others theirs
 // through T, and beside that the span of the Cholesky factor.
 ConstraintFactor::Multipliers ConstraintFactor::least_squares_step(const Eigen::MatrixXd& d,
-                                                                   const Eigen::MatrixXd& h) const {
+                                                                   const Eigen::MatrixXd& h,
+                                                                   Nearness of) const {
   Multipliers result{Eigen::MatrixXd::Zero(rows(), d.cols()),
                      Eigen::MatrixXd::Zero(pinned_.cols(), d.cols())};
   if (!anchors_.empty()) result.rows(anchors_, Eigen::all) = anchor_inverse_.transpose() * h;
@@ -181,8 +208,7 @@ ConstraintFactor::Multipliers ConstraintFactor::least_squares_step(const Eigen::
   Eigen::MatrixXd right(rows(), d.cols());
   right.topRows(pinned) = d(anchors_, Eigen::all);
   right.bottomRows(rows() - pinned) = d(others_, Eigen::all) - offset;
-  Eigen::MatrixXd response(0, d.cols());
-  if (!kept_.empty()) response = responses_.solve(right);
+  const Eigen::MatrixXd response = nearest(right, of);
   Eigen::MatrixXd amounts = response.bottomRows(response.rows() - pinned);
   triangle_.transpose().triangularView<Eigen::Upper>().solveInPlace(amounts);
   for (std::size_t i = 0; i < pivots_.size(); ++i) {
@@ -215,28 +241,89 @@ ConstraintFactor::Multipliers ConstraintFactor::solve(const Eigen::MatrixXd& val
   return unscaled(scaled);
 }
 
-ConstraintFactor::Multipliers ConstraintFactor::solve_least_squares(const Eigen::MatrixXd& values,
-                                                                    const Eigen::MatrixXd& mode_loads) {
-  if (!has_responses_) {
-    const auto pinned = static_cast<Eigen::Index>(anchors_.size());
-    const auto free = static_cast<Eigen::Index>(pivots_.size());
-    Eigen::MatrixXd spanned = Eigen::MatrixXd::Zero(rows(), pinned + free);
-    spanned.topLeftCorner(pinned, pinned).setIdentity();
-    spanned.bottomLeftCorner(rows() - pinned, pinned) = by_anchors_;
-    spanned.bottomRightCorner(rows() - pinned, free) = lower_;
-    if (spanned.cols() > 0) responses_.compute(spanned);  // Else no row has any effect.
-    has_responses_ = true;
+void ConstraintFactor::prepare_least_squares(Nearness of) {
+  const auto pinned = static_cast<Eigen::Index>(anchors_.size());
+  const auto free = static_cast<Eigen::Index>(pivots_.size());
+  if (spanned_.size() == 0) {
+    spanned_ = Eigen::MatrixXd::Zero(rows(), pinned + free);
+    spanned_.topLeftCorner(pinned, pinned).setIdentity();
+    spanned_.bottomLeftCorner(rows() - pinned, pinned) = by_anchors_;
+    spanned_.bottomRightCorner(rows() - pinned, free) = lower_;
   }
+  if (spanned_.cols() == 0) return;  // No row has any effect.
+  if (of == Nearness::all) {
+    if (!has_responses_) responses_.compute(spanned_);
+    has_responses_ = true;
+    return;
+  }
+  if (has_soft_responses_) return;
+  has_soft_responses_ = true;
+  for (Eigen::Index at = 0; at < rows(); ++at) {
+    const Eigen::Index row =
+        at < pinned ? anchors_[static_cast<std::size_t>(at)] : others_[static_cast<std::size_t>(at - pinned)];
+    if (is_soft(row)) {
+      soft_rows_.push_back(at);
+    } else if (std::binary_search(kept_.begin(), kept_.end(), row)) {
+      hard_.push_back(at);
+    }
+  }
+  const auto hard = static_cast<Eigen::Index>(hard_.size());
+  if (hard > 0) {
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(spanned_(hard_, Eigen::all).transpose());
+    hard_basis_ = qr.householderQ();
+    hard_triangle_ = qr.matrixQR().topRows(hard).triangularView<Eigen::Upper>();
+  } else {
+    hard_basis_ = Eigen::MatrixXd::Identity(spanned_.cols(), spanned_.cols());
+    hard_triangle_.resize(0, 0);
+  }
+  const Eigen::Index open = spanned_.cols() - hard;
+  if (open > 0 && !soft_rows_.empty())
+    soft_responses_.compute(spanned_(soft_rows_, Eigen::all) * hard_basis_.rightCols(open));
+}
+
+// Amounts of the kept rows' responses: the least squares of all, or of the soft rows beside the hard ones.
+Eigen::MatrixXd ConstraintFactor::nearest(const Eigen::MatrixXd& right, Nearness of) const {
+  if (spanned_.cols() == 0) return Eigen::MatrixXd::Zero(0, right.cols());
+  if (of == Nearness::all) return responses_.solve(right);
+  const auto hard = static_cast<Eigen::Index>(hard_.size());
+  const Eigen::Index open = spanned_.cols() - hard;
+  Eigen::MatrixXd amounts = Eigen::MatrixXd::Zero(spanned_.cols(), right.cols());
+  if (hard > 0) {
+    Eigen::MatrixXd met = right(hard_, Eigen::all);
+    hard_triangle_.transpose().triangularView<Eigen::Lower>().solveInPlace(met);
+    amounts = hard_basis_.leftCols(hard) * met;
+  }
+  if (open > 0 && !soft_rows_.empty()) {
+    const Eigen::MatrixXd off = right(soft_rows_, Eigen::all) - spanned_(soft_rows_, Eigen::all) * amounts;
+    amounts += hard_basis_.rightCols(open) * soft_responses_.solve(off);
+  }
+  return amounts;
+}
+
+ConstraintFactor::Multipliers ConstraintFactor::solve_nearest(const Eigen::MatrixXd& values,
+                                                              const Eigen::MatrixXd& mode_loads,
+                                                              Nearness of) {
+  prepare_least_squares(of);
   const Eigen::MatrixXd h = borne(mode_loads);
-  Multipliers scaled = least_squares_step(scale_.cwiseInverse().asDiagonal() * values, h);
+  Multipliers scaled = least_squares_step(scale_.cwiseInverse().asDiagonal() * values, h, of);
   for (int i = 0; i < refinements; ++i) {
     const Eigen::MatrixXd off =
         scale_.cwiseInverse().asDiagonal() * Eigen::MatrixXd(-residual(unscaled(scaled), values));
-    const Multipliers correction = least_squares_step(off, h - scaled_b_.transpose() * scaled.rows);
+    const Multipliers correction = least_squares_step(off, h - scaled_b_.transpose() * scaled.rows, of);
     scaled.rows += correction.rows;
     scaled.modes += correction.modes;
   }
   return unscaled(scaled);
+}
+
+ConstraintFactor::Multipliers ConstraintFactor::solve_least_squares(const Eigen::MatrixXd& values,
+                                                                    const Eigen::MatrixXd& mode_loads) {
+  return solve_nearest(values, mode_loads, Nearness::all);
+}
+
+ConstraintFactor::Multipliers ConstraintFactor::solve_soft_least_squares(const Eigen::MatrixXd& values,
+                                                                         const Eigen::MatrixXd& mode_loads) {
+  return solve_nearest(values, mode_loads, Nearness::soft);
 }
 
 Eigen::MatrixXd ConstraintFactor::residual(const Multipliers& multipliers,

@@ -11,6 +11,10 @@
 // the modes, the modes are eliminated by them, and what remains, a Gram matrix in the inner product of
 // energy, is factorised by Cholesky with diagonal pivots until they are rounding. The order of pivots, and
 // with it every bit, depends on S and B alone.
+//
+// Soft rows are those of which there may be more than can be met (a curve's places, D9). They come after the
+// others, and are dropped while those kept are still told well apart: what a place hardly adds to its
+// neighbours would be bought with reactions that leave no digits for the rest.
 
 #include <Eigen/Core>
 #include <Eigen/QR>
@@ -24,11 +28,14 @@ class ConstraintFactor {
   /// Rows are dependent when their distance from the others' span, in the norm of energy, is below the root
   /// of this part of their own length: some ten times what rounding makes of exact dependence.
   static constexpr double dependence = 1e-11;
+  /// The same of soft rows.
+  static constexpr double soft_dependence = 1e-9;
 
   ConstraintFactor() = default;
   /// S, m x m (each half used where it belongs: the upper one for the factor, all for residuals), and B,
-  /// m x k, k small, zeros exact. Preconditions: finite; S symmetric but for rounding, semidefinite.
-  ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b);
+  /// m x k, k small, zeros exact; which rows are soft, none where empty. Preconditions: finite; S symmetric
+  /// but for rounding, semidefinite.
+  ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b, std::vector<bool> soft = {});
 
   Eigen::Index rows() const { return s_.rows(); }
   Eigen::Index modes() const { return b_.cols(); }
@@ -52,6 +59,9 @@ class ConstraintFactor {
   /// The same with all rows as near as they come: the least sum of squares of residuals, each in units of
   /// what the row yields to a unit force (root of its element of S).
   Multipliers solve_least_squares(const Eigen::MatrixXd& values, const Eigen::MatrixXd& mode_loads);
+  /// The same with the soft rows alone: the kept ones of the others are met exactly, those that depend on
+  /// them are left out.
+  Multipliers solve_soft_least_squares(const Eigen::MatrixXd& values, const Eigen::MatrixXd& mode_loads);
   /// S l + B c - d: how far each row is off.
   Eigen::MatrixXd residual(const Multipliers& multipliers, const Eigen::MatrixXd& values) const;
 
@@ -61,12 +71,18 @@ class ConstraintFactor {
   void choose_anchors();
   void factorise();
   Multipliers step(const Eigen::MatrixXd& scaled_values, const Eigen::MatrixXd& borne_loads) const;
-  Multipliers least_squares_step(const Eigen::MatrixXd& scaled_values,
-                                 const Eigen::MatrixXd& borne_loads) const;
+  enum class Nearness { all, soft };
+  void prepare_least_squares(Nearness of);
+  Eigen::MatrixXd nearest(const Eigen::MatrixXd& right, Nearness of) const;
+  Multipliers least_squares_step(const Eigen::MatrixXd& scaled_values, const Eigen::MatrixXd& borne_loads,
+                                 Nearness of) const;
+  Multipliers solve_nearest(const Eigen::MatrixXd& values, const Eigen::MatrixXd& mode_loads, Nearness of);
+  bool is_soft(Eigen::Index row) const { return !soft_.empty() && soft_[static_cast<std::size_t>(row)]; }
   Eigen::MatrixXd borne(const Eigen::MatrixXd& mode_loads) const;
   Multipliers unscaled(const Multipliers& scaled) const;
 
   Eigen::MatrixXd s_, b_;
+  std::vector<bool> soft_;
   Eigen::VectorXd scale_;           // Root of S's diagonal; 1 for rows of zeros.
   Eigen::MatrixXd scaled_;          // S, exactly symmetric, with unit diagonal.
   Eigen::MatrixXd pinned_;          // The modes that rows pin: an orthonormal basis, k x p.
@@ -78,8 +94,12 @@ class ConstraintFactor {
   Eigen::MatrixXd triangle_;        // Its pivots' rows.
   Rows pivots_;                     // Places in others_, in the order of elimination.
   Rows kept_, dependent_;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> responses_;  // Made when first asked for.
-  bool has_responses_ = false;
+  Eigen::MatrixXd spanned_;  // What the kept rows bring about: anchors, then others. Made when asked for.
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> responses_;  // Of it.
+  Rows hard_, soft_rows_;                                  // Rows of it: kept hard ones, all soft ones.
+  Eigen::MatrixXd hard_basis_, hard_triangle_;             // Q, whole, and R of its hard rows, transposed.
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> soft_responses_;  // Of its soft rows beside the hard ones.
+  bool has_responses_ = false, has_soft_responses_ = false;
 };
 
 }  // namespace handloft::geometry

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server-model/geometry/gauss_rule.h"
+#include "server-model/geometry/region_border.h"
 #include "server-model/geometry/sculpt_places.h"
 #include "server-model/geometry/sculpt_rows.h"
 
@@ -26,15 +27,16 @@ struct Piece {
 };
 
 void add_cuts(const KnotVector& knots, double from, double to, std::vector<double>& cuts) {
-  if (from == to) return;
-  for (const double knot : knots.knots()) {
+  for (const double knot :
+       knots_between(knots, std::min(from, to), std::max(from, to), max_curve_places + 1)) {
     const double at = (knot - from) / (to - from);
     if (at > 0 && at < 1) cuts.push_back(at);
   }
 }
 
 bool inside(const KnotVector& knots, double u) {
-  return u >= knots.lower() && u <= knots.upper();
+  const double beyond = knots.is_periodic() ? max_turns * knots.length() : 0;
+  return u >= knots.lower() - beyond && u <= knots.upper() + beyond;
 }
 
 Result<std::vector<Piece>> pieces(const BSplineSurface& rest, std::span<const Vec2> polyline) {
@@ -75,6 +77,7 @@ Result<std::vector<Piece>> pieces(const BSplineSurface& rest, std::span<const Ve
                         (done + cut * part) / length, degree});
       last = cut;
     }
+    if (result.size() > max_curve_places) return result;  // along() says so.
     done += part;
   }
   return result;
@@ -106,15 +109,15 @@ Result<std::vector<CurvePlace>> along(const BSplineSurface& rest, std::span<cons
   return places;
 }
 
-// The breaks of [lower, upper] within the domain.
+// The breaks of [lower, upper], of open directions within the domain.
 std::vector<double> breaks(const KnotVector& knots, double lower, double upper) {
-  std::vector<double> result{std::max(lower, knots.lower())};
-  const double end = std::min(upper, knots.upper());
-  for (const int span : knots.spans()) {
-    const double knot = knots.knots()[static_cast<std::size_t>(span)];
-    if (knot > result.back() && knot < end) result.push_back(knot);
-  }
-  result.push_back(end);
+  const double from = knots.is_periodic() ? lower : std::max(lower, knots.lower());
+  const double to = knots.is_periodic() ? upper : std::min(upper, knots.upper());
+  std::vector<double> result{from};
+  const std::vector<double> between =
+      knots_between(knots, from, to, static_cast<std::size_t>(KnotVector::max_control_count));
+  result.insert(result.end(), between.begin(), between.end());
+  result.push_back(to);
   return result;
 }
 

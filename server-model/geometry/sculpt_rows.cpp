@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "server-model/geometry/gauss_rule.h"
+#include "server-model/geometry/region_border.h"
 #include "server-model/geometry/sculpt_places.h"
 
 namespace handloft::geometry {
@@ -40,28 +41,56 @@ struct Reach {
   std::vector<bool> in, out;
 };
 
-Reach reach(const KnotVector& knots, double lower, double upper) {
+// Of an open direction what a function has beyond the ends does not count.
+Reach reach_open(const KnotVector& knots, double lower, double upper) {
   const auto n = static_cast<std::size_t>(knots.control_count());
+  const double eps = same_parameter * knots.length();
   Reach result{std::vector<bool>(n, false), std::vector<bool>(n, false)};
-  for (int i = 0; i < knots.function_count(); ++i) {
-    const double from = std::max(knots.knots()[static_cast<std::size_t>(i)], knots.lower());
+  for (std::size_t i = 0; i < n; ++i) {
+    const double from = std::max(knots.knots()[i], knots.lower());
     const double to =
-        std::min(knots.knots()[static_cast<std::size_t>(i) + static_cast<std::size_t>(knots.degree()) + 1],
-                 knots.upper());
+        std::min(knots.knots()[i + static_cast<std::size_t>(knots.degree()) + 1], knots.upper());
     if (!(from < to)) continue;
-    const auto control = static_cast<std::size_t>(knots.control_of(i));
-    if (from < upper && to > lower) result.in[control] = true;
-    if (from < lower || to > upper) result.out[control] = true;
+    result.in[i] = from < upper - eps && to > lower + eps;
+    result.out[i] = from < lower - eps || to > upper + eps;
   }
   return result;
 }
 
+// Of a closed direction all images of a function count.
+Reach reach_closed(const KnotVector& knots, double lower, double upper) {
+  const auto n = static_cast<std::size_t>(knots.control_count());
+  const double period = knots.length();
+  const double eps = same_parameter * period;
+  if (upper - lower >= period - eps) return {std::vector<bool>(n, true), std::vector<bool>(n, false)};
+  Reach result{std::vector<bool>(n, false), std::vector<bool>(n, true)};
+  for (std::size_t i = 0; i < n; ++i) {
+    const double from = knots.knots()[i];
+    const double to = knots.knots()[i + static_cast<std::size_t>(knots.degree()) + 1];
+    const double last_turn = std::ceil((upper - from) / period);
+    for (double turn = std::floor((lower - to) / period); turn <= last_turn; ++turn) {
+      const double start = from + turn * period, end = to + turn * period;
+      if (start < upper - eps && end > lower + eps) result.in[i] = true;
+      if (start >= lower - eps && end <= upper + eps) result.out[i] = false;
+    }
+  }
+  return result;
+}
+
+Reach reach(const KnotVector& knots, double lower, double upper) {
+  return knots.is_periodic() ? reach_closed(knots, lower, upper) : reach_open(knots, lower, upper);
+}
+
+bool meets(const KnotVector& knots, double lower, double upper) {
+  if (!std::isfinite(lower) || !std::isfinite(upper) || !(lower < upper)) return false;
+  if (!knots.is_periodic()) return lower < knots.upper() && upper > knots.lower();
+  return lower >= knots.lower() - knots.length() && upper <= knots.upper() + knots.length() &&
+         upper - lower <= knots.length() * (1 + same_parameter);
+}
+
 Status check_region(const BSplineSurface& rest, const UvRectangle& region) {
-  const bool good = region.lower.allFinite() && region.upper.allFinite() &&
-                    region.lower.x() < region.upper.x() && region.lower.y() < region.upper.y() &&
-                    region.lower.x() < rest.u.upper() && region.upper.x() > rest.u.lower() &&
-                    region.lower.y() < rest.v.upper() && region.upper.y() > rest.v.lower();
-  if (good) return {};
+  if (meets(rest.u, region.lower.x(), region.upper.x()) && meets(rest.v, region.lower.y(), region.upper.y()))
+    return {};
   return make_error(ErrorCode::invalid_argument,
                     fmt::format("found [{}, {}] x [{}, {}], expected an extent within the surface",
                                 region.lower.x(), region.upper.x(), region.lower.y(), region.upper.y()),
@@ -155,6 +184,28 @@ Result<std::vector<SculptRow>> curve_rows(const BSplineSurface& rest, std::span<
     rows.push_back(std::move(*row));
   }
   return rows;
+}
+
+Result<std::vector<SculptRow>> spring_rows(const BSplineSurface& rest, std::span<const CurvePlace> places,
+                                           std::span<const Vec3> targets, double stiffness) {
+  if (!(stiffness > 0) || !std::isfinite(stiffness))
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {}, expected more than 0 N/m", stiffness), "stiffness");
+  double whole = 0;
+  for (const CurvePlace& place : places) whole += place.weight_m;
+  if (!(whole > 0) || !std::isfinite(whole))
+    return make_error(ErrorCode::invalid_argument, "found no extent in space, expected an area", "places");
+  Result<std::vector<SculptRow>> rows = curve_rows(rest, places, targets, 0);
+  if (!rows) return rows.error();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!(places[i].weight_m > 0)) continue;  // Of a pole: it has no share.
+    (*rows)[i].tolerance = std::numeric_limits<double>::infinity();
+    (*rows)[i].yield = whole / (stiffness * places[i].weight_m);
+  }
+  std::vector<SculptRow> sharing;
+  for (SculptRow& row : *rows)
+    if (row.yield > 0 && std::isfinite(row.yield)) sharing.push_back(std::move(row));
+  return sharing;
 }
 
 Result<std::vector<std::uint32_t>> points_over(const BSplineSurface& rest, const UvRectangle& region) {

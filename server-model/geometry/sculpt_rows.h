@@ -21,8 +21,11 @@ struct SculptRow {
   Vec3 target = Vec3::Zero();
   std::optional<Vec3> along;  ///< Any length but 0.
   /// How far off, in the functional's unit (metres, or metres a parameter), it may be where other rows
-  /// contradict, before that is a conflict. 0: as rounding makes.
+  /// contradict, before that is a conflict. 0: as rounding makes. Those with one are soft
+  /// (constraint_factor.h): met after the others, and where there are too many of them, some are dropped.
   double tolerance = 0;
+  /// Held by a spring, not exactly (D11's penalty): it gives way by so much under a unit of force.
+  double yield = 0;
 };
 
 /// Adds phi * force to the right-hand side: to a point's functional a force, to a derivative's a couple.
@@ -60,8 +63,10 @@ struct CurvePlace {
 inline constexpr std::size_t max_curve_places = 4096;
 /// D9: the polyline (>= 2 corners) is cut at its corners and wherever it crosses a knot; every piece gets
 /// p + 1 Gauss places (p: the degree of the direction it runs along, the larger one when oblique), so that a
-/// piece along a parameter line is met everywhere when met there. Ends are included. Errors: invalid_argument
-/// for corners outside the domain, one place only; resource_exhausted above max_curve_places.
+/// piece along a parameter line is met everywhere when met there. Ends are included. In closed directions the
+/// polyline may run on beyond the seam, max_turns at most. Errors: invalid_argument for corners outside the
+/// domain, one place only; resource_exhausted above max_curve_places.
+inline constexpr double max_turns = 64;
 Result<std::vector<CurvePlace>> collocation_places(const BSplineSurface& rest,
                                                    std::span<const Vec2> polyline);
 /// w(u(t), v(t)) = target at each place. `tolerance_m`: how far a curve that the surface has not enough
@@ -73,17 +78,23 @@ struct UvRectangle {
   Vec2 lower = Vec2::Zero(), upper = Vec2::Zero();
 };
 /// The control points that have a say in the rectangle, ascending, and those that have one outside it.
-/// Rectangles of periodic directions do not reach across the seam.
+/// Rectangles of closed directions may reach across the seam, over a period at most (region_border.h).
 Result<std::vector<std::uint32_t>> points_over(const BSplineSurface& rest, const UvRectangle& region);
 Result<std::vector<std::uint32_t>> points_outside(const BSplineSurface& rest, const UvRectangle& region);
 /// D11: the region keeps its shape and moves as a body: every control point that has a say in it. What is
-/// held thus ends at the next knot; for a border elsewhere insert knots there first (bspline_refine.h). For
+/// held thus ends at the next knot; for a border elsewhere insert knots there first (region_border.h). For
 /// deformation inside a region, hold points_outside() (SculptSetup::held).
 Result<std::vector<SculptRow>> region_rows(const BSplineSurface& rest, const UvRectangle& region,
                                            const Eigen::Isometry3d& motion);
 /// The same for a region of any new shape: targets in the order of points_over().
 Result<std::vector<SculptRow>> region_rows(const BSplineSurface& rest, const UvRectangle& region,
                                            std::span<const Vec3> targets);
+
+/// D11 as a penalty: the region is pulled towards the targets, one a place of area_quadrature(), as by
+/// springs all over it: energy k / 2 of the mean |w - target|^2, k in N/m of all together. As k grows it is
+/// met.
+Result<std::vector<SculptRow>> spring_rows(const BSplineSurface& rest, std::span<const CurvePlace> places,
+                                           std::span<const Vec3> targets, double stiffness);
 
 /// D5: a force at a point.
 Result<SculptLoad> point_load(const BSplineSurface& rest, const Vec2& uv, const Vec3& force);

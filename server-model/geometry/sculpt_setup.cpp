@@ -173,7 +173,7 @@ SculptResidual SculptSystem::residual(std::span<const SculptRow> rows, std::span
   SculptResidual result;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     add(rows[i].functional, solution.reactions[i], holding);
-    Vec3 value = -rows[i].target;
+    Vec3 value = rows[i].yield * solution.reactions[i] - rows[i].target;
     double magnitude = 0;
     for (std::size_t k = 0; k < rows[i].functional.point.size(); ++k) {
       value += rows[i].functional.value[k] * solution.control[rows[i].functional.point[k]];

@@ -16,6 +16,9 @@ namespace {
 constexpr double follows = 1e-11;
 /// A row this far off, of its scale, is a conflict where it has no tolerance of its own.
 constexpr double least_conflict = 1e-9;
+/// A soft row that was dropped is let be this near its target, of the rest shape's extent: the kept ones are
+/// met exactly. Beyond that all soft rows of a shape share what cannot be met (D9 asks 1e-4).
+constexpr double let_be = 1e-5;
 /// Loads on free modes below this part of all are rounding.
 constexpr double least_imbalance = 1e-9;
 
@@ -40,6 +43,10 @@ Status SculptSystem::check_rows(std::span<const SculptRow> rows) const {
       return make_error(ErrorCode::invalid_argument,
                         fmt::format("found {}, expected 0 or more", rows[i].tolerance),
                         fmt::format("rows[{}].tolerance", i));
+    if (!(rows[i].yield >= 0) || !std::isfinite(rows[i].yield))
+      return make_error(ErrorCode::invalid_argument,
+                        fmt::format("found {}, expected 0 or more", rows[i].yield),
+                        fmt::format("rows[{}].yield", i));
     if (!rows[i].along) continue;
     const double length = rows[i].along->stableNorm();
     if (!std::isfinite(length)) return not_finite("rows", i, "along");
@@ -60,7 +67,14 @@ Status SculptSystem::check_loads(std::span<const SculptLoad> loads) const {
 
 // The dense system of the rows, kept until their functionals or directions change.
 Status SculptSystem::prepare(std::span<const SculptRow> rows) {
-  if (is_prepared_ && rows.size() == prepared_.functionals.size() &&
+  std::vector<bool> soft;
+  std::vector<double> yield;
+  for (const SculptRow& row : rows) {
+    soft.push_back(row.tolerance > 0);
+    yield.push_back(row.yield);
+  }
+  if (is_prepared_ && rows.size() == prepared_.functionals.size() && soft == prepared_.soft &&
+      yield == prepared_.yield &&
       std::equal(
           rows.begin(), rows.end(), prepared_.functionals.begin(),
           [](const SculptRow& row, const SurfaceFunctional& known) { return same(row.functional, known); }) &&
@@ -69,6 +83,8 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
     return {};
   is_prepared_ = false;
   Prepared next;
+  next.soft = std::move(soft);
+  next.yield = std::move(yield);
   std::vector<const SurfaceFunctional*> functionals;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     functionals.push_back(&rows[i].functional);
@@ -88,6 +104,7 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
     const SculptColumn& column = *next.columns[static_cast<std::size_t>(j)];
     for (Eigen::Index i = 0; i < m; ++i)
       s(i, j) = next.columns[static_cast<std::size_t>(i)]->of(column.response);
+    s(j, j) += next.yield[static_cast<std::size_t>(j)];
     if (modes > 0) b.row(j) = column.modes;
   }
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -116,13 +133,15 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
       for (Eigen::Index mode = 0; mode < modes; ++mode)
         all_modes.row(i).segment<3>(3 * mode) = b(row, mode) * along.transpose();
     }
-    next.factor = ConstraintFactor(std::move(all), std::move(all_modes));
+    std::vector<bool> soft_equations;
+    for (const std::size_t row : next.row_of) soft_equations.push_back(next.soft[row]);
+    next.factor = ConstraintFactor(std::move(all), std::move(all_modes), std::move(soft_equations));
   } else {
-    next.factor = ConstraintFactor(std::move(s), std::move(b));
+    next.factor = ConstraintFactor(std::move(s), std::move(b), next.soft);
   }
   for (std::size_t i = 0; i < next.factor.dependent().size(); ++i) {
     const std::size_t row = next.row_of[static_cast<std::size_t>(next.factor.dependent()[i])];
-    if (next.dependent.empty() || next.dependent.back().row != row) next.dependent.push_back({row, {}});
+    if (next.dependent.empty() || next.dependent.back().row != row) next.dependent.push_back({row, {}, 0});
     std::vector<std::size_t>& on = next.dependent.back().on;
     for (const Eigen::Index equation : next.factor.combination(i))
       on.push_back(next.row_of[static_cast<std::size_t>(equation)]);
@@ -190,24 +209,51 @@ Result<SculptSystem::Answer> SculptSystem::multipliers(std::span<const SculptRow
                       "against them",
                       "supports");
 
-  Answer answer{prepared_.factor.solve(values, balance), {}};
-  const auto off_rows = [&] {
-    const Eigen::MatrixXd off = prepared_.factor.residual(answer.multipliers, values);
-    Eigen::VectorXd by_row = Eigen::VectorXd::Zero(m);
-    for (std::size_t i = 0; i < prepared_.row_of.size(); ++i)
-      by_row[static_cast<Eigen::Index>(prepared_.row_of[i])] +=
-          off.row(static_cast<Eigen::Index>(i)).squaredNorm();
-    return Eigen::VectorXd(by_row.cwiseSqrt());
-  };
+  Answer answer{prepared_.factor.solve(values, balance), {}, {}};
   if (prepared_.dependent.empty()) return answer;
-  Eigen::VectorXd off = off_rows();
-  if (std::none_of(prepared_.dependent.begin(), prepared_.dependent.end(), [&](const DependentRow& row) {
-        const auto i = static_cast<Eigen::Index>(row.row);
-        return off[i] > follows * scale[i];
-      }))
+  Eigen::VectorXd off = off_rows(answer.multipliers, values, rows.size());
+  const auto take = [&] {
+    for (const DependentRow& row : prepared_.dependent)
+      answer.off.push_back(off[static_cast<Eigen::Index>(row.row)]);
+  };
+  const auto is_met = [&](const DependentRow& row, double soft_part) {
+    const auto i = static_cast<Eigen::Index>(row.row);
+    const double tolerance = rows[row.row].tolerance;
+    const double allowed =
+        std::max(follows * scale[i],
+                 std::min(tolerance, soft_part * prepared_.columns[row.row]->magnitude * extent_m_));
+    return off[i] <= (tolerance > 0 ? allowed : follows * scale[i]);
+  };
+  const auto all_met = [&](double soft_part) {
+    return std::all_of(prepared_.dependent.begin(), prepared_.dependent.end(),
+                       [&](const DependentRow& row) { return is_met(row, soft_part); });
+  };
+  if (all_met(let_be)) {
+    take();
     return answer;
+  }
+  // The soft rows share what cannot be met of them, the others stay met: if these agree with each other, and
+  // leave the soft ones within what they may be off.
+  const bool hard_agree =
+      std::all_of(prepared_.dependent.begin(), prepared_.dependent.end(),
+                  [&](const DependentRow& row) { return rows[row.row].tolerance > 0 || is_met(row, 0); });
+  const bool any_soft = std::find(prepared_.soft.begin(), prepared_.soft.end(), true) != prepared_.soft.end();
+  if (hard_agree && any_soft) {
+    answer.multipliers = prepared_.factor.solve_soft_least_squares(values, balance);
+    off = off_rows(answer.multipliers, values, rows.size());
+    bool near = true;
+    for (Eigen::Index i = 0; i < m && near; ++i) {
+      const double tolerance = rows[static_cast<std::size_t>(i)].tolerance;
+      near = off[i] <= (tolerance > 0 ? tolerance : least_conflict * scale[i]);
+    }
+    if (near) {
+      take();
+      return answer;
+    }
+  }
   answer.multipliers = prepared_.factor.solve_least_squares(values, balance);
-  off = off_rows();
+  off = off_rows(answer.multipliers, values, rows.size());
+  take();
   for (Eigen::Index i = 0; i < m; ++i) {
     const double tolerance = rows[static_cast<std::size_t>(i)].tolerance;
     if (off[i] > (tolerance > 0 ? tolerance : least_conflict * scale[i]))
@@ -222,6 +268,16 @@ Result<SculptSystem::Answer> SculptSystem::multipliers(std::span<const SculptRow
                                 "met together",
                                 fmt::join(names, ", ")),
                     fmt::format("rows[{}]", answer.conflicts.back().row));
+}
+
+Eigen::VectorXd SculptSystem::off_rows(const ConstraintFactor::Multipliers& multipliers,
+                                       const Eigen::MatrixXd& values, std::size_t row_count) const {
+  const Eigen::MatrixXd off = prepared_.factor.residual(multipliers, values);
+  Eigen::VectorXd by_row = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(row_count));
+  for (std::size_t i = 0; i < prepared_.row_of.size(); ++i)
+    by_row[static_cast<Eigen::Index>(prepared_.row_of[i])] +=
+        off.row(static_cast<Eigen::Index>(i)).squaredNorm();
+  return by_row.cwiseSqrt();
 }
 
 Vec3 SculptSystem::reaction(const Answer& answer, std::size_t row) const {
@@ -259,6 +315,7 @@ Result<SculptSolution> SculptSystem::solve(std::span<const SculptRow> rows, std:
   SculptSolution solution;
   solution.control = rest_;
   solution.dependent = prepared_.dependent;
+  for (std::size_t i = 0; i < answer->off.size(); ++i) solution.dependent[i].off = answer->off[i];
   solution.conflicts = std::move(answer->conflicts);
   std::vector<WeightedColumn> parts;
   for (std::size_t l = 0; l < loads.size(); ++l)

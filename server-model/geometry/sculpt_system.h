@@ -55,6 +55,7 @@ enum class ConflictPolicy : std::uint8_t {
 struct DependentRow {
   std::size_t row = 0;
   std::vector<std::size_t> on;
+  double off = 0;  ///< How far it is off nevertheless, in its functional's unit.
 };
 /// A row that could not be met, and by how much it is off (in its functional's unit).
 struct SculptConflict {
@@ -117,6 +118,8 @@ class SculptSystem {
   struct Prepared {
     std::vector<SurfaceFunctional> functionals;
     std::vector<std::optional<Vec3>> along;
+    std::vector<bool> soft;
+    std::vector<double> yield;
     Columns columns;
     bool coupled = false;  ///< Some row has `along`: x, y and z are one system of 3 times the size.
     std::vector<std::size_t> row_of;  ///< By equation.
@@ -127,6 +130,7 @@ class SculptSystem {
   struct Answer {
     ConstraintFactor::Multipliers multipliers;
     std::vector<SculptConflict> conflicts;
+    std::vector<double> off;  ///< By dependent row.
   };
 
   SculptSystem() = default;
@@ -139,6 +143,8 @@ class SculptSystem {
   Status prepare(std::span<const SculptRow> rows);
   Result<Answer> multipliers(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
                              const Columns& load_columns, bool at_rest, ConflictPolicy policy);
+  Eigen::VectorXd off_rows(const ConstraintFactor::Multipliers& multipliers, const Eigen::MatrixXd& values,
+                           std::size_t row_count) const;
   Vec3 reaction(const Answer& answer, std::size_t row) const;
   Eigen::MatrixX3d mode_amounts(const Answer& answer) const;
   Vec3 rest_value(const SurfaceFunctional& functional) const;
