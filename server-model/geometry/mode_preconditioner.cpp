@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace handloft::geometry {
 
@@ -223,20 +225,118 @@ void ModePreconditioner::from_modes(const Lanes* modes, std::size_t group, std::
   }
 }
 
+void ModePreconditioner::solve_panel(std::size_t panel, Lanes* places) const {
+  if (panel == 0) {
+    lowest_.solve(places->v.data());
+  } else {
+    higher_[panel - 1].solve(places);
+  }
+}
+
 void ModePreconditioner::apply(std::span<const double> r, std::span<double> z,
                                const ParallelFor& parallel) const {
   std::vector<Lanes> modes(panels_ * padded_lines_);
   const std::size_t groups = padded_lines_ / group_columns;
   parallel(groups, [&](std::size_t group) { to_modes(r, group, modes.data()); });
-  parallel(panels_, [&](std::size_t panel) {
-    Lanes* const places = modes.data() + panel * padded_lines_;
-    if (panel == 0) {
-      lowest_.solve(places->v.data());
-    } else {
-      higher_[panel - 1].solve(places);
+  parallel(panels_, [&](std::size_t panel) { solve_panel(panel, modes.data() + panel * padded_lines_); });
+  parallel(groups, [&](std::size_t group) { from_modes(modes.data(), group, z); });
+}
+
+ModeRows ModePreconditioner::rows(std::span<const SparseRow> c) const {
+  ModeRows result;
+  std::vector<std::vector<std::pair<std::size_t, double>>> entries;  // Of each line touched: place, value.
+  result.start.push_back(0);
+  for (const SparseRow& row : c) {
+    std::map<std::size_t, std::vector<std::pair<std::size_t, double>>> by_line;
+    for (std::size_t i = 0; i < row.at.size(); ++i) {
+      const bool modes_first = layout_.line_stride == 1;
+      const std::size_t place = modes_first ? row.at[i] / layout_.lines : row.at[i] % layout_.modes;
+      const std::size_t line = modes_first ? row.at[i] % layout_.lines : row.at[i] / layout_.modes;
+      by_line[line].emplace_back(place, row.value[i]);
+    }
+    for (auto& [line, places] : by_line) {
+      result.line.push_back(line);
+      entries.push_back(std::move(places));
+    }
+    result.start.push_back(result.line.size());
+  }
+  result.modes.resize(panels_ * entries.size());
+  for (std::size_t panel = 0; panel < panels_; ++panel) {
+    const double* const values = to_modes_.data() + panel * layout_.modes * panel_lanes;
+    for (std::size_t e = 0; e < entries.size(); ++e) {
+      Lanes& sum = result.modes[panel * entries.size() + e];
+      for (const auto& [place, value] : entries[e])
+        for (std::size_t l = 0; l < panel_lanes; ++l) sum.v[l] += value * values[place * panel_lanes + l];
+    }
+  }
+  return result;
+}
+
+Eigen::MatrixXd ModePreconditioner::gram(const ModeRows& c, const ParallelFor& parallel) const {
+  const auto m = static_cast<Eigen::Index>(c.size());
+  const std::size_t entries = c.line.size();
+  Eigen::MatrixXd result(m, m);
+  parallel(c.size(), [&](std::size_t row) {
+    std::vector<Lanes> sums(row + 1), places;
+    for (std::size_t panel = 0; panel < panels_; ++panel) {
+      const Lanes* const modes = c.modes.data() + panel * entries;
+      places.assign(layout_.lines, {});
+      for (std::size_t e = c.start[row]; e < c.start[row + 1]; ++e) places[c.line[e]] = modes[e];
+      solve_panel(panel, places.data());
+      for (std::size_t other = 0; other <= row; ++other)
+        for (std::size_t e = c.start[other]; e < c.start[other + 1]; ++e)
+          for (std::size_t l = 0; l < panel_lanes; ++l)
+            sums[other].v[l] += modes[e].v[l] * places[c.line[e]].v[l];
+    }
+    for (std::size_t other = 0; other <= row; ++other) {
+      double sum = 0;
+      for (const double part : sums[other].v) sum += part;
+      result(static_cast<Eigen::Index>(other), static_cast<Eigen::Index>(row)) = sum;
     }
   });
+  for (Eigen::Index j = 0; j < m; ++j)
+    for (Eigen::Index i = 0; i < j; ++i) result(j, i) = result(i, j);
+  return result;
+}
+
+Eigen::VectorXd ModePreconditioner::apply_bearing(std::span<const double> r, const ModeRows& c,
+                                                  const Bear& bear, std::span<double> z,
+                                                  const ParallelFor& parallel) const {
+  std::vector<Lanes> modes(panels_ * padded_lines_);
+  const std::size_t groups = padded_lines_ / group_columns, entries = c.line.size();
+  parallel(groups, [&](std::size_t group) { to_modes(r, group, modes.data()); });
+  parallel(panels_, [&](std::size_t panel) { solve_panel(panel, modes.data() + panel * padded_lines_); });
+  Eigen::VectorXd values(static_cast<Eigen::Index>(c.size()));
+  parallel(c.size(), [&](std::size_t row) {
+    Lanes sums;
+    for (std::size_t panel = 0; panel < panels_; ++panel) {
+      for (std::size_t e = c.start[row]; e < c.start[row + 1]; ++e) {
+        const Lanes& of_row = c.modes[panel * entries + e];
+        const Lanes& place = modes[panel * padded_lines_ + c.line[e]];
+        for (std::size_t l = 0; l < panel_lanes; ++l) sums.v[l] += of_row.v[l] * place.v[l];
+      }
+    }
+    double sum = 0;
+    for (const double part : sums.v) sum += part;
+    values[static_cast<Eigen::Index>(row)] = sum;
+  });
+  Eigen::VectorXd forces = bear(values);
+  parallel(panels_, [&](std::size_t panel) {
+    std::vector<Lanes> places(layout_.lines);
+    for (std::size_t row = 0; row < c.size(); ++row) {
+      const double force = forces[static_cast<Eigen::Index>(row)];
+      if (force == 0) continue;
+      for (std::size_t e = c.start[row]; e < c.start[row + 1]; ++e)
+        for (std::size_t l = 0; l < panel_lanes; ++l)
+          places[c.line[e]].v[l] += force * c.modes[panel * entries + e].v[l];
+    }
+    solve_panel(panel, places.data());
+    Lanes* const all = modes.data() + panel * padded_lines_;
+    for (std::size_t line = 0; line < layout_.lines; ++line)
+      for (std::size_t l = 0; l < panel_lanes; ++l) all[line].v[l] -= places[line].v[l];
+  });
   parallel(groups, [&](std::size_t group) { from_modes(modes.data(), group, z); });
+  return forces;
 }
 
 }  // namespace handloft::geometry

@@ -14,6 +14,8 @@
 // property at free and clamped sides, where B differs from A M^-1 A without bound. Cost of an application:
 // two dense products, 4 n^2 m operations for n vibrations over m rows.
 
+#include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,6 +25,19 @@
 #include "server-model/geometry/stiffness_axis.h"
 
 namespace handloft::geometry {
+
+/// Rows of a matrix over the unknowns, seen in the vibrations: ModePreconditioner::rows().
+struct ModeRows {
+  std::vector<std::size_t> start;  ///< Of each row its first entry; and the end.
+  std::vector<std::size_t> line;   ///< By entry: the lines that a row touches.
+  std::vector<Lanes> modes;        ///< By panel, then entry: eight vibrations' values there.
+
+  std::size_t size() const { return start.size() - 1; }
+};
+struct SparseRow {
+  std::vector<std::size_t> at;  ///< Unknowns.
+  std::vector<double> value;
+};
 
 class ModePreconditioner {
  public:
@@ -39,6 +54,14 @@ class ModePreconditioner {
   /// z = P^-1 r: linear, symmetric and positive. As StiffnessOperator counts the unknowns.
   void apply(std::span<const double> r, std::span<double> z, const ParallelFor& parallel) const;
 
+  ModeRows rows(std::span<const SparseRow> c) const;
+  /// C P^-1 C^T, symmetric to the bit. Cost: a band's solution a row and vibration, and m^2 products each.
+  Eigen::MatrixXd gram(const ModeRows& c, const ParallelFor& parallel) const;
+  /// z = P^-1 (r - C^T l) with l = bear(C P^-1 r), which is returned: for little more than apply().
+  using Bear = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
+  Eigen::VectorXd apply_bearing(std::span<const double> r, const ModeRows& c, const Bear& bear,
+                                std::span<double> z, const ParallelFor& parallel) const;
+
  private:
   /// Where a direction of vibrations and one of lines stand in the unknowns.
   struct Layout {
@@ -46,6 +69,7 @@ class ModePreconditioner {
     std::size_t mode_stride = 0, line_stride = 0;
   };
   ModePreconditioner() = default;
+  void solve_panel(std::size_t panel, Lanes* places) const;
   bool factor_lowest(const StiffnessAxis& line, const SculptEnergy& energy,
                      std::span<const StiffnessOperator::Tie> ties, const Eigen::MatrixXd& vibrations,
                      const StiffnessAxis& modal);

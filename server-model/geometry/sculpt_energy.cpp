@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server-model/geometry/gauss_rule.h"
+#include "server-model/geometry/stiffness_solver.h"
 
 namespace handloft::geometry {
 
@@ -81,11 +82,16 @@ Eigen::SparseMatrix<double> gram_matrix(const KnotVector& knots, int a, int b) {
   return gram;
 }
 
-Eigen::SparseMatrix<double> stiffness(const KnotVector& u, const KnotVector& v, const SculptEnergy& energy) {
-  const Grams gu = grams(u);
-  const Grams gv = grams(v);
-  const Eigen::Index nu = u.control_count();
-  const Eigen::Index nv = v.control_count();
+namespace {
+
+Grams part_of(const Grams& all, const std::vector<std::uint32_t>& points) {
+  return {principal_part(all.g00, points), principal_part(all.g11, points), principal_part(all.g22, points),
+          principal_part(all.g10, points), principal_part(all.g01, points)};
+}
+
+Eigen::SparseMatrix<double> stiffness_of(const Grams& gu, const Grams& gv, const SculptEnergy& energy) {
+  const Eigen::Index nu = gu.g00.cols();
+  const Eigen::Index nv = gv.g00.cols();
   Eigen::SparseMatrix<double> k(nu * nv, nu * nv);
   k.reserve(gu.g00.nonZeros() * gv.g00.nonZeros());
   const auto place = [](const Eigen::SparseMatrix<double>& m, Eigen::Index at) { return m.valuePtr()[at]; };
@@ -110,6 +116,18 @@ Eigen::SparseMatrix<double> stiffness(const KnotVector& u, const KnotVector& v, 
   }
   k.finalize();
   return k;
+}
+
+}  // namespace
+
+Eigen::SparseMatrix<double> stiffness(const KnotVector& u, const KnotVector& v, const SculptEnergy& energy) {
+  return stiffness_of(grams(u), grams(v), energy);
+}
+
+Eigen::SparseMatrix<double> stiffness(const KnotVector& u, const KnotVector& v, const SculptEnergy& energy,
+                                      const std::vector<std::uint32_t>& rows,
+                                      const std::vector<std::uint32_t>& columns) {
+  return stiffness_of(part_of(grams(u), rows), part_of(grams(v), columns), energy);
 }
 
 Eigen::SparseMatrix<double> curve_stiffness(const KnotVector& knots, double alpha, double beta) {

@@ -49,6 +49,10 @@ Eigen::SparseMatrix<double> gram_matrix(const KnotVector& knots, int a, int b);
 /// K of a surface over its knots (its weights are not asked: displacements are measured as polynomial ones),
 /// in the order of its control points. Symmetric to the bit.
 Eigen::SparseMatrix<double> stiffness(const KnotVector& u, const KnotVector& v, const SculptEnergy& energy);
+/// Its part for some rows by some columns of control points, each ascending.
+Eigen::SparseMatrix<double> stiffness(const KnotVector& u, const KnotVector& v, const SculptEnergy& energy,
+                                      const std::vector<std::uint32_t>& rows,
+                                      const std::vector<std::uint32_t>& columns);
 
 /// K x without K: by the terms' Kronecker factors, O(degree) a point and no memory to speak of.
 class StiffnessProduct {

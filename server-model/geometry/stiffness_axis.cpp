@@ -22,18 +22,22 @@ std::ptrdiff_t offset(std::size_t row, std::size_t column, std::size_t size, boo
 
 }  // namespace
 
-BandMatrix::BandMatrix(const Eigen::SparseMatrix<double>& matrix, std::size_t first, std::size_t size,
+BandMatrix::BandMatrix(const Eigen::SparseMatrix<double>& matrix, const std::vector<std::uint32_t>& chosen,
                        std::size_t reach, bool cyclic)
-    : size_(size),
-      reach_(std::min(reach, size - 1)),
+    : size_(chosen.size()),
+      reach_(std::min(reach, size_ - 1)),
       cyclic_(cyclic),
-      elements_((2 * reach_ + 1) * size, 0.0) {
-  for (Eigen::Index column = 0; column < matrix.outerSize(); ++column) {
-    for (Eigen::SparseMatrix<double>::InnerIterator at(matrix, column); at; ++at) {
-      const auto i = static_cast<std::size_t>(at.row()), j = static_cast<std::size_t>(at.col());
-      if (i < first || j < first || i >= first + size || j >= first + size) continue;
-      const std::ptrdiff_t d = offset(i, j, size, cyclic) + static_cast<std::ptrdiff_t>(reach_);
-      elements_[static_cast<std::size_t>(d) * size_ + i - first] = at.value();
+      elements_((2 * reach_ + 1) * size_, 0.0) {
+  std::vector<std::ptrdiff_t> place(static_cast<std::size_t>(matrix.rows()), -1);
+  for (std::size_t i = 0; i < size_; ++i) place[chosen[i]] = static_cast<std::ptrdiff_t>(i);
+  for (const std::uint32_t column : chosen) {
+    for (Eigen::SparseMatrix<double>::InnerIterator at(matrix, static_cast<Eigen::Index>(column)); at; ++at) {
+      const std::ptrdiff_t i = place[static_cast<std::size_t>(at.row())], j = place[column];
+      if (i < 0) continue;
+      const std::ptrdiff_t d =
+          offset(static_cast<std::size_t>(i), static_cast<std::size_t>(j), size_, cyclic) +
+          static_cast<std::ptrdiff_t>(reach_);
+      elements_[static_cast<std::size_t>(d) * size_ + static_cast<std::size_t>(i)] = at.value();
     }
   }
 }
@@ -73,18 +77,24 @@ BandMatrix operator*(double factor, BandMatrix a) {
 }
 
 StiffnessAxis stiffness_axis(const KnotVector& knots, Support lower, Support upper) {
-  const bool periodic = knots.is_periodic();
   const auto held = [&](Support support) {
-    return periodic ? std::size_t{0} : static_cast<std::size_t>(support);
+    return knots.is_periodic() ? std::uint32_t{0} : static_cast<std::uint32_t>(support);
   };
-  const auto count = static_cast<std::size_t>(knots.control_count());
+  std::vector<std::uint32_t> unknowns;
+  for (std::uint32_t i = held(lower); i + held(upper) < static_cast<std::uint32_t>(knots.control_count());
+       ++i)
+    unknowns.push_back(i);
+  return stiffness_axis(knots, unknowns);
+}
+
+StiffnessAxis stiffness_axis(const KnotVector& knots, const std::vector<std::uint32_t>& unknowns) {
+  const bool periodic = knots.is_periodic();
   const auto degree = static_cast<std::size_t>(knots.degree());
-  const std::size_t first = held(lower), size = count - first - held(upper);
   // Few functions round a period meet both ways: all of them are then within reach without counting round.
-  const bool cyclic = periodic && count > 2 * degree + 1;
-  const std::size_t reach = periodic && !cyclic ? count : degree;
+  const bool cyclic = periodic && unknowns.size() > 2 * degree + 1;
+  const std::size_t reach = periodic && !cyclic ? unknowns.size() : degree;
   const auto part = [&](int a, int b) {
-    return BandMatrix(gram_matrix(knots, a, b), first, size, reach, cyclic);
+    return BandMatrix(gram_matrix(knots, a, b), unknowns, reach, cyclic);
   };
   StiffnessAxis axis;
   axis.mass = part(0, 0);
@@ -92,7 +102,8 @@ StiffnessAxis stiffness_axis(const KnotVector& knots, Support lower, Support upp
   axis.bending = part(2, 2);
   axis.slope_value = part(1, 0);
   axis.value_slope = part(0, 1);
-  if (!periodic) axis.free_sides = (lower == Support::free ? 1 : 0) + (upper == Support::free ? 1 : 0);
+  const auto last = static_cast<std::uint32_t>(knots.control_count() - 1);
+  if (!periodic) axis.free_sides = (unknowns.front() == 0 ? 1 : 0) + (unknowns.back() == last ? 1 : 0);
   axis.length = knots.length();
   return axis;
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -18,9 +19,9 @@ namespace handloft::geometry {
 class BandMatrix {
  public:
   BandMatrix() = default;
-  /// A square part of a matrix, `size` rows from `first`. Elements must lie within `reach` of the diagonal
-  /// (round the corner when cyclic); 2 reach < size when cyclic.
-  BandMatrix(const Eigen::SparseMatrix<double>& matrix, std::size_t first, std::size_t size,
+  /// The rows and columns `chosen` (ascending, not empty) of a matrix. Elements must lie within `reach` of
+  /// the diagonal of what is left (round the corner when cyclic); 2 reach < chosen.size() when cyclic.
+  BandMatrix(const Eigen::SparseMatrix<double>& matrix, const std::vector<std::uint32_t>& chosen,
              std::size_t reach, bool cyclic);
 
   std::size_t size() const { return size_; }
@@ -51,8 +52,10 @@ struct StiffnessAxis {
 
   std::size_t size() const { return mass.size(); }
 };
-/// Precondition: the supports leave unknowns.
+/// Of the unknowns that the supports leave. Precondition: there are some.
 StiffnessAxis stiffness_axis(const KnotVector& knots, Support lower, Support upper);
+/// Of any others: ascending, each once, not empty. A side is free when its outermost control point is there.
+StiffnessAxis stiffness_axis(const KnotVector& knots, const std::vector<std::uint32_t>& unknowns);
 
 /// y = K x, x(i, j) at i * v.size() + j.
 class StiffnessOperator {

@@ -136,7 +136,25 @@ Status check_points(const std::vector<std::uint32_t>& points, std::size_t count,
   return {};
 }
 
+std::size_t place_in(const std::vector<std::uint32_t>& sorted, std::uint32_t value) {
+  return static_cast<std::size_t>(std::lower_bound(sorted.begin(), sorted.end(), value) - sorted.begin());
+}
+
 }  // namespace
+
+UnknownGrid grid_of(const std::vector<std::uint32_t>& unknowns, const KnotVector& v) {
+  UnknownGrid grid;
+  const auto columns = static_cast<std::uint32_t>(v.control_count());
+  std::vector<bool> seen(columns, false);
+  for (const std::uint32_t point : unknowns) {
+    if (grid.rows.empty() || grid.rows.back() != point / columns) grid.rows.push_back(point / columns);
+    seen[point % columns] = true;
+  }
+  for (std::uint32_t j = 0; j < columns; ++j)
+    if (seen[j]) grid.columns.push_back(j);
+  grid.full = grid.rows.size() * grid.columns.size() == unknowns.size();
+  return grid;
+}
 
 std::vector<std::uint32_t> unknowns(const StiffnessProblem& problem) {
   const std::vector<std::uint32_t> movable = movable_points(problem.u, problem.v, problem.supports);
@@ -188,7 +206,18 @@ Result<std::unique_ptr<StiffnessSolver>> make_direct_solver(const StiffnessProbl
     return make_error(
         ErrorCode::resource_exhausted,
         fmt::format("found {} unknowns, expected at most {}", points.size(), max_direct_unknowns), "surface");
-  Eigen::SparseMatrix<double> k = principal_part(stiffness(problem.u, problem.v, problem.energy), points);
+  // Of the rows and columns of control points that have unknowns alone: a small region of a large surface.
+  const UnknownGrid grid = grid_of(points, problem.v);
+  Eigen::SparseMatrix<double> k = stiffness(problem.u, problem.v, problem.energy, grid.rows, grid.columns);
+  if (!grid.full) {
+    std::vector<std::uint32_t> places;
+    places.reserve(points.size());
+    const auto columns = static_cast<std::uint32_t>(problem.v.control_count());
+    for (const std::uint32_t point : points)
+      places.push_back(static_cast<std::uint32_t>(place_in(grid.rows, point / columns) * grid.columns.size() +
+                                                  place_in(grid.columns, point % columns)));
+    k = principal_part(k, places);
+  }
   for (const std::uint32_t point : problem.grounded) {
     const auto at = std::lower_bound(points.begin(), points.end(), point);
     if (at == points.end() || *at != point)

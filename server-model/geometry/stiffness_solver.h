@@ -44,11 +44,19 @@ struct StiffnessProblem {
   /// sculpt_system.h, which ties them, takes the effect out again exactly.
   std::vector<std::uint32_t> grounded = {};
   double ground_stiffness = 0;
-  /// Further control points that stay in their places, ascending (direct solver only).
+  /// Further control points that stay in their places, ascending. The iterative solver takes them where what
+  /// is left are rows by columns of control points (the inside of a region is).
   std::vector<std::uint32_t> held = {};
 };
 /// The unknowns, ascending: movable_points() of the supports without the held ones.
 std::vector<std::uint32_t> unknowns(const StiffnessProblem& problem);
+
+/// The rows (of u) and columns (of v) in which the unknowns lie, ascending.
+struct UnknownGrid {
+  std::vector<std::uint32_t> rows, columns;
+  bool full = false;  ///< Every row by every column is an unknown.
+};
+UnknownGrid grid_of(const std::vector<std::uint32_t>& unknowns, const KnotVector& v);
 /// The rows and columns of some control points, ascending.
 Eigen::SparseMatrix<double> principal_part(const Eigen::SparseMatrix<double>& k,
                                            const std::vector<std::uint32_t>& points);
@@ -65,17 +73,20 @@ Result<std::unique_ptr<StiffnessSolver>> make_direct_solver(const Eigen::SparseM
 /// By conjugate gradients (mode_preconditioner.h), to a relative residual, or as near to it as doubles come:
 /// |K| |x| is 1e8 |f| and more at a million unknowns, so that rounding x alone leaves some 1e-8, and more
 /// where the surface can move far; report() says what was reached. Errors: as above, but unsupported when
-/// points are held beside the supports; resource_exhausted above ModePreconditioner::max_modes in both
-/// directions.
+/// points are held so that the unknowns are no full grid; resource_exhausted above
+/// ModePreconditioner::max_modes in both directions.
 struct IterativeOptions {
   double relative_residual = 1e-10;
   int max_iterations = 400;
   ParallelFor parallel = run_in_turn;
+  /// For make_stiffness_solver(): so many unknowns are factorised, more are iterated; at most
+  /// `max_direct_unknowns`.
+  std::size_t direct_unknowns = max_direct_unknowns;
 };
 Result<std::unique_ptr<StiffnessSolver>> make_iterative_solver(const StiffnessProblem& problem,
                                                                const IterativeOptions& options = {});
 
-/// Direct up to `max_direct_unknowns`, iterative above.
+/// Direct up to `options.direct_unknowns`, iterative above.
 Result<std::unique_ptr<StiffnessSolver>> make_stiffness_solver(const StiffnessProblem& problem,
                                                                const IterativeOptions& options = {});
 
