@@ -30,7 +30,7 @@ struct PluggedDevice {
   std::uint16_t vendor_id = 0;  ///< USB or Bluetooth.
   std::uint16_t product_id = 0;
   std::string name;     ///< As the device calls itself.
-  bool tablet = false;  ///< udev's ID_INPUT_TABLET.
+  bool tablet = false;  ///< Has a pen: udev's ID_INPUT_TABLET, or its keys.
 
   bool operator==(const PluggedDevice&) const = default;
 };

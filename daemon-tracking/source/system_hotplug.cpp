@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <libudev.h>
 #include <libusb-1.0/libusb.h>
+#include <linux/input-event-codes.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -15,6 +16,7 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <sstream>
 #include <thread>
 #include <utility>
 
@@ -46,6 +48,20 @@ std::uint16_t hexadecimal(std::string_view digits) {
   return error == std::errc() && end == digits.data() + digits.size() ? value : std::uint16_t{0};
 }
 
+// Whether an input device has a key, by the kernel's own words: "7 0 0 0 1f ..." are the keys' bits, the
+// highest 64 first.
+bool has_key(udev_device* input, unsigned key) {
+  std::istringstream words(text(udev_device_get_sysattr_value(input, "capabilities/key")));
+  std::vector<std::string> all;
+  for (std::string word; words >> word && all.size() < 64;) all.push_back(word);
+  const std::size_t word = key / 64;
+  if (word >= all.size()) return false;
+  std::uint64_t bits = 0;
+  const std::string& digits = all[all.size() - 1 - word];
+  std::from_chars(digits.data(), digits.data() + digits.size(), bits, 16);
+  return (bits >> (key % 64) & 1u) != 0;
+}
+
 // Facts of the USB device or, for Bluetooth and virtual devices, of the HID or input device above the node.
 void add_parents(udev_device* device, PluggedDevice& to) {
   if (udev_device* usb = udev_device_get_parent_with_subsystem_devtype(device, "usb", "usb_device")) {
@@ -68,6 +84,8 @@ void add_parents(udev_device* device, PluggedDevice& to) {
   if (udev_device* input = udev_device_get_parent_with_subsystem_devtype(device, "input", nullptr)) {
     if (const char* name = udev_device_get_sysattr_value(input, "name")) to.name = name;
     if (to.serial.empty()) to.serial = text(udev_device_get_sysattr_value(input, "uniq"));
+    // Without udevd's word on it (ID_INPUT_TABLET): what has a pen is a tablet.
+    to.tablet = to.tablet || has_key(input, BTN_TOOL_PEN);
     if (to.vendor_id == 0) {
       to.vendor_id = hexadecimal(text(udev_device_get_sysattr_value(input, "id/vendor")));
       to.product_id = hexadecimal(text(udev_device_get_sysattr_value(input, "id/product")));

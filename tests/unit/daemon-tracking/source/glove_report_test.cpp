@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace handloft::tracking {
@@ -109,10 +111,11 @@ TEST(GloveReportT9, LimitsThemselvesAreGood) {
   EXPECT_EQ(*parsed, report);
 }
 
-TEST(GloveReportT9, DescriptorDescribesTheReport) {
-  // Walks the descriptor's short items: one input item of 63 fields of 8 bits under report id 1.
+TEST(GloveReportT9, DescriptorDescribesTheReports) {
+  // Walks the descriptor's short items: which fields of 8 bits stand under which report id.
   const auto descriptor = glove_report_descriptor();
-  unsigned size = 0, count = 0, id = 0, page = 0, inputs = 0;
+  unsigned size = 0, count = 0, id = 0, page = 0;
+  std::map<unsigned, std::pair<unsigned, unsigned>> bits_by_item;  // item -> (id, bits)
   int depth = 0;
   std::size_t at = 0;
   while (at < descriptor.size()) {
@@ -136,7 +139,9 @@ TEST(GloveReportT9, DescriptorDescribesTheReport) {
         id = value;
         break;
       case 0x80:
-        ++inputs;
+      case 0x90:
+      case 0xB0:
+        EXPECT_TRUE(bits_by_item.emplace(prefix & 0xFCu, std::pair(id, size * count)).second);
         break;
       case 0xA0:
         ++depth;
@@ -149,10 +154,29 @@ TEST(GloveReportT9, DescriptorDescribesTheReport) {
     }
   }
   EXPECT_EQ(page, glove_usage_page);
-  EXPECT_EQ(id, glove_report_id);
-  EXPECT_EQ(size * count, 8 * (glove_report_size - 1));
-  EXPECT_EQ(inputs, 1u);
   EXPECT_EQ(depth, 0);
+  EXPECT_EQ(bits_by_item[0x80], std::pair(1u, 8u * 63u));
+  EXPECT_EQ(bits_by_item[0x90], std::pair(2u, 8u * 7u));
+  EXPECT_EQ(bits_by_item[0xB0], std::pair(3u, 8u * 15u));
+}
+
+TEST(GloveReportT9, RangeAndOutputRoundTripAndAreChecked) {
+  const GloveRange range{31, 900, 12, 1001, true};
+  auto bytes = encode_glove_range(range);
+  const auto parsed = parse_glove_range(bytes);
+  ASSERT_TRUE(parsed.ok()) << parsed.error().describe();
+  EXPECT_EQ(*parsed, range);
+  bytes[2] ^= 1;
+  EXPECT_EQ(parse_glove_range(bytes).error().field, "checksum");
+  EXPECT_EQ(parse_glove_range(encode_glove_range({500, 500, 0, 1023, true})).error().field, "force");
+  EXPECT_EQ(parse_glove_range(encode_glove_range({0, 1023, 5, 1024, true})).error().field, "potentiometer");
+  EXPECT_EQ(parse_glove_range(std::span(bytes).first(15)).error().field, "length");
+
+  const GloveOutput output{255, 128, 1, 200, 1000};
+  const auto shown = parse_glove_output(encode_glove_output(output));
+  ASSERT_TRUE(shown.ok()) << shown.error().describe();
+  EXPECT_EQ(*shown, output);
+  EXPECT_EQ(parse_glove_output(encode_glove_output({0, 0, 0, 1, 1001})).error().field, "vibration_ms");
 }
 
 }  // namespace
