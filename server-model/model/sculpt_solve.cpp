@@ -9,9 +9,11 @@
 #include <utility>
 
 #include "server-model/geometry/falloff.h"
+#include "server-model/geometry/region_border.h"
 #include "server-model/geometry/sculpt_rows.h"
 #include "server-model/geometry/sculpt_spring.h"
 #include "server-model/geometry/sculpt_system.h"
+#include "server-model/model/sculpt_border.h"
 #include "server-model/model/sculpt_solvers.h"
 
 namespace handloft::model {
@@ -21,7 +23,6 @@ using geometry::CurvePlace;
 using geometry::SculptLoad;
 using geometry::SculptRow;
 using geometry::SurfaceFunctional;
-using geometry::UvRectangle;
 using geometry::Vec2;
 using geometry::Vec3;
 
@@ -29,6 +30,8 @@ namespace {
 
 /// D9: a curve that the surface has not enough control points for may be off by this part of its diagonal.
 constexpr double curve_tolerance = 1e-4;
+/// Of the diagonal: a deviation below it is nobody's concern.
+constexpr double worth_saying = 1e-7;
 
 geometry::PointAspect aspect_of(IconProperty property) {
   switch (property) {
@@ -77,10 +80,6 @@ Vec3 value_of(const SurfaceFunctional& functional, const BSplineSurface& surface
   return sum;
 }
 
-UvRectangle rectangle(const SculptIcon& icon) {
-  return {icon.parameters[0], icon.parameters[1]};
-}
-
 /// Where an icon is shown: its parameters, or the middle of them.
 Vec2 middle(const SculptIcon& icon) {
   switch (icon.shape) {
@@ -120,8 +119,20 @@ Eigen::Isometry3d motion_of(const SculptIcon& icon) {
   return motion;
 }
 
+/// The same place, turns of closed directions apart.
+bool is_closed(const SculptIcon& icon, const BSplineSurface& rest) {
+  const Vec2 step = icon.parameters.back() - icon.parameters.front();
+  const auto returns = [](const geometry::KnotVector& knots, double by) {
+    if (!knots.is_periodic()) return by == 0;
+    return std::abs(by - knots.length() * std::round(by / knots.length())) <=
+           geometry::same_parameter * knots.length();
+  };
+  return returns(rest.u, step.x()) && returns(rest.v, step.y());
+}
+
 /// Where the places of a curve icon are to be: moved, then bent.
-std::vector<Vec3> curve_targets(const SculptIcon& icon, const std::vector<Vec3>& reference) {
+std::vector<Vec3> curve_targets(const SculptIcon& icon, const BSplineSurface& rest,
+                                const std::vector<Vec3>& reference) {
   std::vector<Vec3> targets;
   targets.reserve(reference.size());
   for (const Vec3& place : reference) targets.push_back(moved(icon, place));
@@ -131,7 +142,7 @@ std::vector<Vec3> curve_targets(const SculptIcon& icon, const std::vector<Vec3>&
     along[i] = along[i - 1] + (reference[i] - reference[i - 1]).norm();
   }
   const double length = along.back();
-  const bool closed = icon.parameters.front() == icon.parameters.back();
+  const bool closed = is_closed(icon, rest);
   for (const IconBend& bend : icon.bends) {
     for (std::size_t i = 0; i < reference.size(); ++i) {
       double distance = std::abs(along[i] - bend.held_at * length);
@@ -140,6 +151,12 @@ std::vector<Vec3> curve_targets(const SculptIcon& icon, const std::vector<Vec3>&
     }
   }
   return targets;
+}
+
+/// Of a region constraint that does not hold control points.
+Result<std::vector<CurvePlace>> region_places(const SculptIcon& icon, const BSplineSurface& rest) {
+  return region_hold(icon, rest) == RegionHold::spring ? geometry::area_quadrature(rest, region_of(icon))
+                                                       : geometry::region_places(rest, region_of(icon));
 }
 
 /// Rows and loads of all icons, and whose each row is.
@@ -184,13 +201,19 @@ Status add_constraint(const SculptIcon& icon, std::size_t index, const BSplineSu
       double tolerance_m = curve_tolerance * diagonal_m;
       // A bend is met as nearly as the control points allow.
       for (const IconBend& bend : icon.bends) tolerance_m += bend.translation.norm();
-      return take(geometry::curve_rows(rest, *places, curve_targets(icon, reference), tolerance_m));
+      return take(geometry::curve_rows(rest, *places, curve_targets(icon, rest, reference), tolerance_m));
     }
     case IconShape::region: {
       std::vector<Vec3> targets;
       targets.reserve(reference.size());
       for (const Vec3& point : reference) targets.push_back(moved(icon, point));
-      return take(geometry::region_rows(rest, rectangle(icon), targets));
+      if (region_hold(icon, rest) == RegionHold::points)
+        return take(geometry::region_rows(rest, region_of(icon), targets));
+      auto places = region_places(icon, rest);
+      if (!places) return places.error();
+      return take(icon.stiffness > 0
+                      ? geometry::spring_rows(rest, *places, targets, icon.stiffness)
+                      : geometry::curve_rows(rest, *places, targets, curve_tolerance * diagonal_m));
     }
   }
   return {};
@@ -219,7 +242,7 @@ Status add_bent_load(const SculptIcon& icon, const BSplineSurface& rest, std::sp
     reference.push_back(value_of(*functional, rest));
     functionals.push_back(std::move(*functional));
   }
-  const std::vector<Vec3> targets = curve_targets(icon, reference);
+  const std::vector<Vec3> targets = curve_targets(icon, rest, reference);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const double share = places[i].weight_m / whole;
     loads.push_back({std::move(functionals[i]), stiffness * share * (targets[i] - reference[i])});
@@ -255,7 +278,7 @@ Status add_load(const SculptIcon& icon, const BSplineSurface& rest, const Demand
     return {};
   }
   auto places = icon.shape == IconShape::curve ? geometry::line_quadrature(rest, icon.parameters)
-                                               : geometry::area_quadrature(rest, rectangle(icon));
+                                               : geometry::area_quadrature(rest, region_of(icon));
   if (!places) return places.error();
   // Measured by a push along the motion of the middle; turning about it alone, along z.
   Eigen::Isometry3d push = Eigen::Isometry3d::Identity();
@@ -305,7 +328,7 @@ Error in_icons(Error error, const Demands& demands, const SculptShape& shape, st
 }
 
 void note_rows(const geometry::SculptSolution& solution, const Demands& demands, const SculptShape& shape,
-               std::vector<std::string>& notes) {
+               double diagonal_m, std::vector<std::string>& notes) {
   // An icon is worth a word when nothing of it is its own.
   std::vector<std::size_t> rows(shape.icons->size(), 0), following(shape.icons->size(), 0);
   for (const std::size_t owner : demands.owner) ++rows[owner];
@@ -321,6 +344,12 @@ void note_rows(const geometry::SculptSolution& solution, const Demands& demands,
           fmt::format("icon \"{}\" adds nothing to what others and the sides hold", (*shape.icons)[i].id));
     }
   }
+  // D9: how nearly a curve is followed where it asks for more than there are control points.
+  std::vector<double> apart(shape.icons->size(), 0.0);
+  for (const geometry::DependentRow& each : solution.dependent) {
+    double& most = apart[demands.owner[each.row]];
+    most = std::max(most, each.off);
+  }
   std::vector<double> off(shape.icons->size(), 0.0);
   for (const geometry::SculptConflict& each : solution.conflicts) {
     double& most = off[demands.owner[each.row]];
@@ -330,6 +359,10 @@ void note_rows(const geometry::SculptSolution& solution, const Demands& demands,
     if (off[i] > 0) {
       notes.push_back(
           fmt::format("icon \"{}\" is met in the mean only, off by {:.3g}", (*shape.icons)[i].id, off[i]));
+    } else if (apart[i] > worth_saying * diagonal_m && (*shape.icons)[i].shape != IconShape::point &&
+               !((*shape.icons)[i].stiffness > 0)) {
+      notes.push_back(
+          fmt::format("icon \"{}\" is followed to within {:.3g} m", (*shape.icons)[i].id, apart[i]));
     }
   }
 }
@@ -358,8 +391,8 @@ Status begin_icon(SculptIcon& icon, const SculptShape& shape, std::string_view f
   icon.rotation = Eigen::Quaterniond::Identity();
   icon.bends.clear();
   auto reference = std::make_shared<std::vector<Vec3>>();
-  if (icon.role == IconRole::load) {
-    reference->push_back(icon.place);
+  if (icon.role == IconRole::load || (icon.shape == IconShape::region && !icon.acts())) {
+    reference->push_back(icon.place);  // Of a region what it holds is known when it acts: then it gets knots.
   } else if (icon.shape == IconShape::point && icon.property == IconProperty::normal) {
     reference->push_back(surface.normal(uv.x(), uv.y()));
     if (reference->front().isZero(0)) {
@@ -371,8 +404,10 @@ Status begin_icon(SculptIcon& icon, const SculptShape& shape, std::string_view f
     auto functional = geometry::surface_functional(surface, uv.x(), uv.y(), a, b);
     if (!functional) return below(functional.error());
     reference->push_back(value_of(*functional, surface));
-  } else if (icon.shape == IconShape::curve) {
-    auto places = geometry::collocation_places(*shape.rest, icon.parameters);
+  } else if (icon.shape == IconShape::curve ||
+             (!icon.outside && region_hold(icon, *shape.rest) != RegionHold::points)) {
+    auto places = icon.shape == IconShape::curve ? geometry::collocation_places(*shape.rest, icon.parameters)
+                                                 : region_places(icon, *shape.rest);
     if (!places) return below(places.error());
     for (const CurvePlace& place : *places) {
       auto functional = geometry::surface_functional(surface, place.uv.x(), place.uv.y(), 0, 0);
@@ -380,7 +415,7 @@ Status begin_icon(SculptIcon& icon, const SculptShape& shape, std::string_view f
       reference->push_back(value_of(*functional, surface));
     }
   } else if (!icon.outside) {
-    auto points = geometry::points_over(*shape.rest, rectangle(icon));
+    auto points = geometry::points_over(*shape.rest, region_of(icon));
     if (!points) return below(points.error());
     for (const std::uint32_t point : *points) reference->push_back(surface.control[point]);
   }
@@ -406,7 +441,7 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
     if (icon.role == IconRole::load) {
       loaded = loaded || has_moved(icon);
     } else if (icon.outside) {
-      auto held = geometry::points_outside(rest, rectangle(icon));
+      auto held = geometry::points_outside(rest, region_of(icon));
       if (!held) return in_icons(held.error(), demands, shape, field);
       demands.held.insert(demands.held.end(), held->begin(), held->end());
     } else if (auto status = add_constraint(icon, i, rest, diagonal_m, demands); !status) {
@@ -473,7 +508,7 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
         BSplineSurface{rest.u, rest.v, std::move(solution->control), rest.weights});
   }
   update_places(shape);
-  note_rows(*solution, demands, shape, notes);
+  note_rows(*solution, demands, shape, diagonal_m, notes);
   return {};
 }
 

@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "server-model/geometry/bspline_projection.h"
+#include "server-model/geometry/region_border.h"
 #include "server-model/model/operations/operations.h"
 #include "server-model/model/operations/sculpting.h"
+#include "server-model/model/sculpt_border.h"
 #include "server-model/model/sculpt_solve.h"
 #include "server-model/model/validate.h"
 
@@ -135,13 +137,14 @@ Result<std::vector<Vec2>> read_parameters(const v1::AddIcon& request, IconShape 
       parameters.emplace_back(into(surface.u, p.x()), into(surface.v, p.y()));
     }
   }
+  if (by_place) parameters = geometry::without_jumps(surface, parameters);
   if (shape == IconShape::region) {
-    const Vec2 lower = parameters[0].cwiseMin(parameters[1]), upper = parameters[0].cwiseMax(parameters[1]);
-    if (!(lower.x() < upper.x() && lower.y() < upper.y())) {
+    auto region = geometry::region_of(surface, parameters[0], parameters[1]);
+    if (!region) {
       return make_error(ErrorCode::invalid_argument,
                         "found a region without area, expected two opposite corners", field);
     }
-    parameters = {lower, upper};
+    parameters = {region->lower, region->upper};
   }
   return parameters;
 }
@@ -241,6 +244,8 @@ Result<Outcome> add_icon(const Document& document, const v1::AddIcon& request, c
   auto parameters = read_parameters(request, icon.shape, *shape.surface, limits);
   if (!parameters) return parameters.error();
   icon.parameters = std::move(*parameters);
+  if (auto status = fit_border(shape, icon, "add_icon", limits, outcome.notes); !status)
+    return status.error();
   if (auto status = begin_icon(icon, shape, "add_icon", limits); !status) return status.error();
 
   // Where it was projected to is what the log keeps: nothing is projected twice.
@@ -268,7 +273,7 @@ Result<Outcome> change_icon(const Document& document, const v1::ChangeIcon& requ
   auto index = require_icon(**found, request.icon(), "change_icon.icon");
   if (!index) return index.error();
   SculptShape shape = **found;
-  const SculptIcon& before = (*shape.icons)[*index];
+  const SculptIcon before = (*shape.icons)[*index];
   SculptIcon icon = before;
   if (auto status = take_role(request.role(), icon.role, "change_icon.role"); !status) return status.error();
   if (auto status = take_property(request.property(), icon.property, "change_icon.property"); !status) {
@@ -288,12 +293,17 @@ Result<Outcome> change_icon(const Document& document, const v1::ChangeIcon& requ
   if (auto status = check_kind(icon, "change_icon"); !status) return status.error();
   // What acts anew, or holds something else, begins at the surface as it is (D13); one that acts on keeps
   // what it holds, and so does a driving one that becomes passive.
-  const bool anew =
-      (icon.acts() && !before.acts()) || icon.role != before.role || icon.property != before.property;
+  const bool anew = (icon.acts() && !before.acts()) || icon.role != before.role ||
+                    icon.property != before.property ||
+                    (icon.shape == IconShape::region && icon.role == IconRole::constraint &&
+                     (icon.stiffness > 0) != (before.stiffness > 0));
+  Outcome outcome;
   if (anew) {
+    if (auto status = fit_border(shape, icon, "change_icon", context.limits, outcome.notes); !status) {
+      return status.error();
+    }
     if (auto status = begin_icon(icon, shape, "change_icon", context.limits); !status) return status.error();
   }
-  Outcome outcome;
   outcome.words = fmt::format("Make icon \"{}\" of \"{}\" a {} {}", icon.id, shape.name,
                               to_string(icon.state), describe(icon));
   put_icon(shape, *index, std::move(icon));
