@@ -13,9 +13,9 @@ OptionTable make_option_table(DaemonOptions& options) {
   table.add("listen", options.listen, "Where subscribers connect; default: this user's runtime folder",
             {.value_name = "ENDPOINT"});
   table.add("simulate", options.simulate,
-            "A simulated rig: a hand that designs a mouse shell, does all that hands can do, follows strokes "
-            "or a recorded hand",
-            {.choices = {"mouse", "tour", "strokes", "motion"}});
+            "A simulated rig: a hand that designs a mouse shell, does all that hands can do, sculpts, follows "
+            "strokes or a recorded hand",
+            {.choices = {"mouse", "tour", "sculpt", "strokes", "motion"}});
   table.add("strokes", options.strokes, "The strokes that the simulated hand follows",
             {.value_name = "FILE.tilt"});
   table.add("motion", options.motion, "The recorded fingertips that the simulated hand follows",

@@ -11,7 +11,7 @@ namespace handloft::tracking {
 
 struct DaemonOptions {
   std::string listen;                   ///< Empty: the default endpoint of this user.
-  std::optional<std::string> simulate;  ///< "mouse", "tour", "strokes" or "motion"
+  std::optional<std::string> simulate;  ///< "mouse", "tour", "sculpt", "strokes" or "motion"
   std::optional<std::string> strokes;   ///< A .tilt file, for simulate = strokes.
   std::optional<std::string> motion;    ///< A motion capture, for simulate = motion.
   double motion_s = 3600.0;             ///< How much of it.

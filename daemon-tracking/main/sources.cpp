@@ -9,6 +9,7 @@
 #include "daemon-tracking/source/recorded/recorded_stream.h"
 #include "daemon-tracking/source/simulated/motion_program.h"
 #include "daemon-tracking/source/simulated/mouse_shell.h"
+#include "daemon-tracking/source/simulated/sculpt_program.h"
 #include "daemon-tracking/source/simulated/simulated_rig.h"
 #include "daemon-tracking/source/simulated/stroke_program.h"
 #include "daemon-tracking/source/simulated/tour_program.h"
@@ -76,6 +77,10 @@ Result<SourceSet> open_simulation(const DaemonOptions& options, TimePoint start)
     tour::Options tour;
     tour.hand.seed = options.seed;
     program = tour_program(tour);
+  } else if (options.simulate == "sculpt") {
+    sculpt::Options sculpt;
+    sculpt.hand.seed = options.seed;
+    program = sculpt_program(sculpt);
   } else {
     mouse_shell::Options shell;
     shell.hand.seed = options.seed;

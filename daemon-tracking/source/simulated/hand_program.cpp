@@ -180,16 +180,17 @@ void HandProgram::follow_fingertips(std::string label, std::function<FingerPoint
 
 void HandProgram::act(HandEvent::Kind kind, std::string label, std::function<Vector3d(double)> path,
                       double duration_s, std::function<double(double)> pressure, const Posture& with,
-                      const std::vector<double>& thumb_taps) {
+                      const Quaterniond& last_tilt, const std::vector<double>& thumb_taps) {
   // The palm does not move while the fingers do.
-  const Vector3d unfolded = with.tilt * (centroid(hand_shape(HandPose::open).fingertips_m) -
-                                         centroid(hand_shape(with.pose).fingertips_m));
+  const Vector3d unfolded =
+      centroid(hand_shape(HandPose::open).fingertips_m) - centroid(hand_shape(with.pose).fingertips_m);
   const auto open_at = [&](Posture posture, double u) {
     posture.pose = HandPose::open;
-    posture.centroid_m = path(u) + unfolded;
+    posture.centroid_m = path(u) + posture.tilt * unfolded;
     return posture;
   };
   Posture begin = with, end = with;
+  end.tilt = last_tilt;
   begin.potentiometer = now_.potentiometer;
   begin.centroid_m = path(0.0);
   end.centroid_m = path(1.0);
@@ -215,7 +216,18 @@ void HandProgram::push(std::string label, std::function<Vector3d(double)> path, 
   closed.pose = HandPose::closed;
   closed.tilt = tilt;
   closed.potentiometer = std::clamp(potentiometer, 0.0, 1.0);
-  act(HandEvent::Kind::push, std::move(label), std::move(path), duration_s, std::move(pressure), closed);
+  act(HandEvent::Kind::push, std::move(label), std::move(path), duration_s, std::move(pressure), closed,
+      tilt);
+}
+
+void HandProgram::drag(std::string label, std::function<Vector3d(double)> path, double duration_s,
+                       const Quaterniond& turn) {
+  Posture closed;
+  closed.pose = HandPose::closed;
+  closed.potentiometer = now_.potentiometer;
+  act(
+      HandEvent::Kind::push, std::move(label), std::move(path), duration_s, [](double) { return 0.0; },
+      closed, turn);
 }
 
 void HandProgram::draw(std::string label, std::function<Vector3d(double)> path, double duration_s,
@@ -231,7 +243,7 @@ void HandProgram::draw(std::string label, std::function<Vector3d(double)> path, 
     return path(u) + from_index;
   };
   act(HandEvent::Kind::draw, std::move(label), std::move(centroid_path), duration_s, std::move(pressure),
-      pointing, thumb_taps);
+      pointing, tilt, thumb_taps);
 }
 
 void HandProgram::touch(PaletteCommand command) {

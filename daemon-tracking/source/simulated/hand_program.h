@@ -92,8 +92,12 @@ class HandProgram {
   void push(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
             std::function<double(double)> pressure, double potentiometer,
             const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity());
-  /// The same with a pointing hand: the INDEX fingertip follows `path` (A18, A24), but for its tremor. From
-  /// each of `thumb_taps`, fractions of the path, the thumb's pad is closed for `HandOptions::tap_s`.
+  /// The same without pressing, while the fist turns by `turn`, evenly with the path's minimum-jerk timing,
+  /// about its fingertips' centroid: a hand that has taken hold of something.
+  void drag(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
+            const Eigen::Quaterniond& turn = Eigen::Quaterniond::Identity());
+  /// Like `push` with a pointing hand: the INDEX fingertip follows `path` (A18, A24), but for its tremor.
+  /// From each of `thumb_taps`, fractions of the path, the thumb's pad is closed for `HandOptions::tap_s`.
   void draw(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
             std::function<double(double)> pressure,
             const Eigen::Quaterniond& tilt = Eigen::Quaterniond::Identity(),
@@ -126,7 +130,7 @@ class HandProgram {
   void move_to(const Posture& target);
   void act(HandEvent::Kind kind, std::string label, std::function<Eigen::Vector3d(double)> path,
            double duration_s, std::function<double(double)> pressure, const Posture& with,
-           const std::vector<double>& thumb_taps = {});
+           const Eigen::Quaterniond& last_tilt, const std::vector<double>& thumb_taps = {});
   void lie_down(const PaletteCell& cell);
   void append(Segment segment);
   void follow(std::string label, std::function<Eigen::Vector3d(double)> path, double duration_s,
