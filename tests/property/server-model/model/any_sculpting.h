@@ -23,11 +23,11 @@ inline std::string any_icon_id() {
   return *rc::gen::element<std::string>("p", "q", "r", "icon-1", "icon-2");
 }
 
-/// Within the sheets, 0.1 .. 0.5 m wide, or a little beyond one.
+/// Within the sheets, 0.1 .. 0.5 m wide, or beyond one, which in closed directions is across the seam.
 inline handloft::v1::Vec2 any_parameters() {
   handloft::v1::Vec2 at;
   at.set_x(0.01 * in_range(-1, 30));
-  at.set_y(0.01 * in_range(-1, 30));
+  at.set_y(0.01 * (in_range(0, 4) > 0 ? in_range(-1, 30) : in_range(-100, 150)));
   if (in_range(0, bad_sculpting_one_in) == 0) at.set_x(any_length(1));
   return at;
 }
@@ -115,7 +115,7 @@ inline handloft::v1::IconProperty any_property() {
 inline void any_icon(const std::string& id, handloft::v1::AddIcon& request) {
   request.set_entity(id);
   request.set_id(*rc::gen::element(any_icon_id(), std::string("")));
-  const int shape = std::max(0, in_range(-2, 3));
+  const int shape = std::max(0, in_range(-2, 4)) % 3;
   request.set_shape(static_cast<handloft::v1::IconShape>(shape));
   const int count = shape == 0 ? 1 : shape == 2 ? 2 : in_range(2, 5);
   for (int i = 0; i < count; ++i) {
@@ -125,6 +125,8 @@ inline void any_icon(const std::string& id, handloft::v1::AddIcon& request) {
       *request.add_places() = any_vector(bad_sculpting_one_in);
     }
   }
+  if (shape == 2 && request.parameters_size() == 2 && in_range(0, 4) == 0)  // Narrower than a span may be.
+    request.mutable_parameters(1)->set_x(request.parameters(0).x() + 1e-4 * in_range(0, 3));
   request.set_role(static_cast<handloft::v1::IconRole>(in_range(0, 3)));
   if (shape == 0) request.set_property(any_property());
   if (in_range(0, 4) == 0) request.set_state(static_cast<handloft::v1::IconState>(in_range(1, 5)));

@@ -15,6 +15,7 @@
 #include "document_invariants.h"
 #include "server-model/model/canonical.h"
 #include "server-model/model/model.h"
+#include "server-model/model/sculpt_border.h"
 #include "server-model/model/sculpt_solvers.h"
 #include "tests/support/build_kind.h"
 
@@ -76,6 +77,33 @@ v1::Operation any_sculpting(const char*& name) {
   return any_other(name);
 }
 
+/// A tube of unevenly wide spans, closed along v: parameters (m) up to 0.3 and some 0.5, or 0 and a bit.
+v1::Operation tube() {
+  v1::Operation operation;
+  auto& request = *operation.mutable_create_sculpt_surface();
+  request.set_id("t");
+  v1::BSplineSurface& surface = *request.mutable_surface();
+  const int nu = test::in_range(5, 9), nv = test::in_range(4, 10);
+  surface.set_degree_u(3);
+  surface.set_degree_v(3);
+  for (int i = 0; i < nu + 4; ++i) surface.add_knots_u(std::clamp(i - 3, 0, nu - 3));
+  surface.set_periodic_v(true);
+  for (int j = -3; j <= nv + 3; ++j) {
+    const int turn = j < 0 ? -1 : j >= nv ? 1 : 0, at = j - turn * nv;
+    surface.add_knots_v(turn * (nv + 1.0) + at + (at > 1 ? 1 : 0));  // The second span is twice as wide.
+  }
+  for (int i = 0; i < nu; ++i) {
+    for (int j = 0; j < nv; ++j) {
+      const double turn = 2 * 3.14159265358979 * j / nv;
+      surface.add_control(0.3 * i / (nu - 1));
+      surface.add_control(0.1 * std::cos(turn));
+      surface.add_control(0.08 * std::sin(turn));
+    }
+  }
+  return operation;
+}
+
+/// A sheet "s", and a sheet or a tube "t".
 std::vector<v1::Operation> two_sheets() {
   std::vector<v1::Operation> operations;
   for (const char* id : {"s", "t"}) {
@@ -88,11 +116,37 @@ std::vector<v1::Operation> two_sheets() {
     request.set_control_v(static_cast<std::uint32_t>(test::in_range(6, 11)));
     operations.push_back(operation);
   }
+  if (test::in_range(0, 2) == 0) operations.back() = tube();
   return operations;
 }
 
+/// What the sequences came by: knots at borders, regions across a seam, held at places and by springs.
+struct Reached {
+  int borders = 0, across = 0, curves_across = 0, places = 0, springs = 0;
+
+  void look(const SculptShape& shape) {
+    for (const SculptIcon& icon : *shape.icons) {
+      if (icon.shape == IconShape::point || !icon.acts()) continue;
+      bool crosses = false;
+      for (const geometry::Vec2& uv : icon.parameters)
+        crosses = crosses || (shape.rest->v.is_periodic() && uv.y() > shape.rest->v.upper());
+      if (icon.shape == IconShape::curve) {
+        curves_across += crosses ? 1 : 0;
+        continue;
+      }
+      across += crosses ? 1 : 0;
+      if (icon.role != IconRole::constraint) continue;
+      const RegionHold hold = region_hold(icon, *shape.rest);
+      borders += hold == RegionHold::points && shape.rest->u.knots() != shape.initial->u.knots() ? 1 : 0;
+      places += hold == RegionHold::places ? 1 : 0;
+      springs += hold == RegionHold::spring ? 1 : 0;
+    }
+  }
+};
+
 TEST(SculptingSequences, D20X5X2KeepEveryInvariantUndoRedoAndReplayToTheBit) {
   std::map<std::string, int> applied;
+  Reached reached;
   EXPECT_TRUE(rc::check([&] {
     for (int round = 0; round < sequences_per_case; ++round) {
       ApplyContext context;
@@ -102,7 +156,7 @@ TEST(SculptingSequences, D20X5X2KeepEveryInvariantUndoRedoAndReplayToTheBit) {
       std::vector<v1::Operation> log;
       std::vector<v1::Operation> sequence = two_sheets();
       std::vector<const char*> names(sequence.size(), "create_sculpt_surface");
-      for (int i = test::in_range(1, longest_sculpting - 1); i > 0; --i) {
+      for (int i = test::in_range(30, longest_sculpting - 1); i > 0; --i) {
         names.push_back("");
         sequence.push_back(any_sculpting(names.back()));
       }
@@ -117,6 +171,8 @@ TEST(SculptingSequences, D20X5X2KeepEveryInvariantUndoRedoAndReplayToTheBit) {
         ++applied[names[i]];
         const std::string broken = test::broken_invariant(model.document(), model.limits());
         if (!broken.empty()) RC_FAIL(std::string(names[i]) + " left " + broken);
+        for (const auto& [id, entity] : model.document().entities)
+          if (const SculptPtr shape = as_sculpt(entity)) reached.look(*shape);
         log.push_back(submitted->effective);
         hash = now;
       }
@@ -141,6 +197,9 @@ TEST(SculptingSequences, D20X5X2KeepEveryInvariantUndoRedoAndReplayToTheBit) {
   // The sequences must reach what they are meant to reach.
   for (const auto& maker : test::sculpting_makers())
     EXPECT_GT(applied[maker.name], 3 * sequences_per_case) << maker.name;
+  for (const int times :
+       {reached.borders, reached.across, reached.curves_across, reached.places, reached.springs})
+    EXPECT_GE(times, sequences_per_case);
   for (const char* name : {"transform", "duplicate", "undo", "redo"})
     EXPECT_GE(applied[name], sequences_per_case) << name;
 }
