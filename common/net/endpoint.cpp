@@ -12,6 +12,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstdlib>
@@ -287,6 +288,49 @@ Result<Endpoint> video_endpoint(const Endpoint& tracking) {
 Result<Listener> listen_on(const Endpoint& endpoint, TcpExposure exposure) {
   return endpoint.kind == Endpoint::Kind::unix_socket ? listen_unix(endpoint)
                                                       : listen_tcp(endpoint, exposure);
+}
+
+Result<Listener> adopt_listener(FileDescriptor fd) {
+  const auto refuse = [](ErrorCode code, const std::string& problem) {
+    return endpoint_error(code, "inherited socket", problem);
+  };
+  int type = 0, listening = 0;
+  socklen_t length = sizeof(type);
+  if (getsockopt(fd.get(), SOL_SOCKET, SO_TYPE, &type, &length) != 0 || type != SOCK_STREAM)
+    return refuse(ErrorCode::invalid_argument, "expected a stream socket (ListenStream=)");
+  length = sizeof(listening);
+  if (getsockopt(fd.get(), SOL_SOCKET, SO_ACCEPTCONN, &listening, &length) != 0 || listening == 0)
+    return refuse(ErrorCode::invalid_argument, "expected one that listens (Accept=no)");
+  sockaddr_storage bound{};
+  socklen_t size = sizeof(bound);
+  if (getsockname(fd.get(), reinterpret_cast<sockaddr*>(&bound), &size) != 0)
+    return refuse(ErrorCode::io, fmt::format("getsockname: {}", std::strerror(errno)));
+  Listener listener;
+  if (bound.ss_family == AF_UNIX) {
+    sockaddr_un address{};
+    std::memcpy(&address, &bound, sizeof(address));
+    listener.endpoint.path.assign(address.sun_path, strnlen(address.sun_path, sizeof(address.sun_path)));
+    if (listener.endpoint.path.empty())
+      return refuse(ErrorCode::invalid_argument, "expected a socket with a file, found an abstract one");
+  } else {
+    if (!is_loopback(reinterpret_cast<const sockaddr*>(&bound)))
+      return refuse(ErrorCode::permission_denied, "plain TCP is for loopback addresses only");
+    listener.endpoint.kind = Endpoint::Kind::tcp;
+    std::array<char, NI_MAXHOST> host{};
+    std::array<char, NI_MAXSERV> port{};
+    if (getnameinfo(reinterpret_cast<const sockaddr*>(&bound), size, host.data(), host.size(), port.data(),
+                    port.size(), NI_NUMERICHOST | NI_NUMERICSERV) != 0)
+      return refuse(ErrorCode::io, "its address can't be read");
+    listener.endpoint.host = host.data();
+    sockaddr_in as_v4{};  // Port and family lie at the same place in both kinds of address.
+    std::memcpy(&as_v4, &bound, sizeof(as_v4));
+    listener.endpoint.port = ntohs(as_v4.sin_port);
+  }
+  const int flags = fcntl(fd.get(), F_GETFL);
+  if (fcntl(fd.get(), F_SETFL, flags | O_NONBLOCK) != 0 || fcntl(fd.get(), F_SETFD, FD_CLOEXEC) != 0)
+    return refuse(ErrorCode::io, fmt::format("fcntl: {}", std::strerror(errno)));
+  listener.fd = std::move(fd);
+  return listener;
 }
 
 void close_listener(Listener& listener) {

@@ -79,6 +79,11 @@ struct Listener {
 /// removed, a live one is refused with already_exists.
 Result<Listener> listen_on(const Endpoint& endpoint, TcpExposure exposure = TcpExposure::loopback_only);
 
+/// A listening socket that was made for us, as by systemd's socket activation: made non-blocking; its file is
+/// its maker's and stays. Errors (field "endpoint"): invalid_argument for what is no listening stream socket,
+/// permission_denied for a TCP one beyond loopback.
+Result<Listener> adopt_listener(FileDescriptor fd);
+
 /// Closes it and removes its socket file, unless another server has put its own there meanwhile.
 void close_listener(Listener& listener);
 

@@ -161,10 +161,18 @@ Result<std::unique_ptr<MessageServer>> MessageServer::listen(asio::any_io_execut
                                                              Logger log) {
   Result<Listener> listener = listen_on(endpoint, options.tcp_exposure);
   if (!listener) return listener.error();
+  return serve(std::move(executor), std::move(*listener), std::move(options), std::move(events), clock,
+               std::move(log));
+}
+
+Result<std::unique_ptr<MessageServer>> MessageServer::serve(asio::any_io_executor executor,
+                                                            Listener listener, ServerOptions options,
+                                                            ServerEvents events, const Clock& clock,
+                                                            Logger log) {
   auto shared = std::make_shared<ServerShared>(
       ServerShared{std::move(options), std::move(events), &clock, std::move(log), {}, {}});
   auto implementation =
-      std::make_shared<Implementation>(std::move(executor), std::move(*listener), std::move(shared));
+      std::make_shared<Implementation>(std::move(executor), std::move(listener), std::move(shared));
   const std::weak_ptr<Implementation> weak = implementation;
   implementation->shared->on_joined = [weak](std::uint64_t id) {
     if (const auto self = weak.lock()) self->joined(id);

@@ -62,6 +62,10 @@ class MessageServer {
   static Result<std::unique_ptr<MessageServer>> listen(boost::asio::any_io_executor executor,
                                                        const Endpoint& endpoint, ServerOptions options,
                                                        ServerEvents events, const Clock& clock, Logger log);
+  /// The same on a socket that listens already (adopt_listener()).
+  static Result<std::unique_ptr<MessageServer>> serve(boost::asio::any_io_executor executor,
+                                                      Listener listener, ServerOptions options,
+                                                      ServerEvents events, const Clock& clock, Logger log);
   /// stop().
   ~MessageServer();
   MessageServer(const MessageServer&) = delete;

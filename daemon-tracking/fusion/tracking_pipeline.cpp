@@ -98,6 +98,14 @@ void TrackingPipeline::consume(const DevicePresence& presence) {
   if (presence.device == glove_device && !presence.present) glove_.device_gone(presence.time);
 }
 
+FusedState TrackingPipeline::tick(TimePoint time) {
+  newest_ = std::max(newest_, time);
+  glove_.advance(newest_);
+  FusedState state = state_at(newest_);
+  state.sequence = ++sequence_;
+  return state;
+}
+
 FusedState TrackingPipeline::state_at(TimePoint time) const {
   FusedState state;
   state.time = time;

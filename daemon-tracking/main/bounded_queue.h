@@ -2,6 +2,7 @@
 // A queue between threads that never grows beyond its bound: whoever pushes into a full one is told so and
 // goes on.
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -10,6 +11,14 @@
 #include <utility>
 
 namespace handloft::tracking {
+
+/// What waiting on a queue came to: a value, nothing in time, or nothing ever again.
+enum class QueueState { value, empty, closed };
+template <typename T>
+struct Popped {
+  QueueState state = QueueState::empty;
+  std::optional<T> value;
+};
 
 template <typename T>
 class BoundedQueue {
@@ -35,6 +44,17 @@ class BoundedQueue {
     T value = std::move(values_.front());
     values_.pop_front();
     return value;
+  }
+
+  /// The same, but waits no longer than `timeout`.
+  Popped<T> pop_within(std::chrono::milliseconds timeout) {
+    std::unique_lock lock(mutex_);
+    const bool come = changed_.wait_for(lock, timeout, [&] { return closed_ || !values_.empty(); });
+    if (!come) return {QueueState::empty, std::nullopt};
+    if (values_.empty()) return {QueueState::closed, std::nullopt};
+    Popped<T> popped{QueueState::value, std::move(values_.front())};
+    values_.pop_front();
+    return popped;
   }
 
   /// Nothing is taken any more; what waits is still given out.

@@ -4,11 +4,12 @@
 
 namespace handloft::tracking {
 
-CameraWorker::CameraWorker(CameraTracker tracker, Done done, Logger log, const Clock& clock)
+CameraWorker::CameraWorker(CameraTracker tracker, Done done, Logger log, const Clock& clock, TraceLog* trace)
     : tracker_(std::move(tracker)),
       done_(std::move(done)),
       log_(std::move(log)),
       clock_(clock),
+      trace_(trace),
       thread_([this] { run(); }) {}
 
 CameraWorker::~CameraWorker() {
@@ -39,6 +40,19 @@ void CameraWorker::finish() {
   if (thread_.joinable()) thread_.join();
 }
 
+void CameraWorker::add_spans(const CameraFrame& frame, TimePoint began, const VisionTimings& timings) {
+  if (trace_ == nullptr) return;
+  TimePoint begin = frame.arrival_time;
+  const auto span = [&](TraceStage stage, Duration length) {
+    trace_->add({begin, length, frame.camera, frame.sequence, stage});
+    begin += length;
+  };
+  span(TraceStage::waiting, began - begin);
+  span(TraceStage::decode, from_seconds(timings.decode_s));
+  span(TraceStage::tags, from_seconds(timings.tags_s));
+  span(TraceStage::fingertips, from_seconds(timings.fingertips_s));
+}
+
 void CameraWorker::run() {
   for (;;) {
     std::unique_lock lock(mutex_);
@@ -47,8 +61,11 @@ void CameraWorker::run() {
     CameraFrame frame = std::move(*waiting_);
     waiting_.reset();
     lock.unlock();
+    const TimePoint began = clock_.now();
     Result<CameraObservation> observation = tracker_.process(frame);
+    if (!observation) ++refused_;
     if (observation) {
+      add_spans(frame, began, observation->timings);
       done_(std::move(frame), std::move(*observation));
     } else if (const auto kept_back = complaints_.allow(clock_.now())) {
       log_.warning("camera {}: frame {} can't be used: {} ({} more such)", frame.camera, frame.sequence,

@@ -12,6 +12,7 @@
 
 #include "common/base/log.h"
 #include "daemon-tracking/main/sequence_gaps.h"
+#include "daemon-tracking/main/trace_log.h"
 #include "daemon-tracking/source/sample.h"
 #include "daemon-tracking/vision/camera_tracker.h"
 
@@ -22,7 +23,8 @@ class CameraWorker {
   using Done = std::function<void(CameraFrame, CameraObservation)>;
 
   /// `done` is called on the worker's thread for each frame that decoded.
-  CameraWorker(CameraTracker tracker, Done done, Logger log, const Clock& clock);
+  /// `trace` may be null.
+  CameraWorker(CameraTracker tracker, Done done, Logger log, const Clock& clock, TraceLog* trace = nullptr);
   ~CameraWorker();
   CameraWorker(const CameraWorker&) = delete;
   CameraWorker& operator=(const CameraWorker&) = delete;
@@ -32,16 +34,20 @@ class CameraWorker {
   /// Ends after the frame in hand and the one that waits.
   void finish();
   std::uint64_t dropped() const { return dropped_.load(); }
+  /// Pictures that could not be read.
+  std::uint64_t refused() const { return refused_.load(); }
   /// Frames missing in the camera's own counter.
   std::uint64_t missing() const;
 
  private:
   void run();
+  void add_spans(const CameraFrame& frame, TimePoint began, const VisionTimings& timings);
 
   CameraTracker tracker_;
   Done done_;
   Logger log_;
   const Clock& clock_;
+  TraceLog* trace_;
   RateLimit complaints_{std::chrono::seconds(1)};
   mutable std::mutex mutex_;
   std::condition_variable changed_;
@@ -49,6 +55,7 @@ class CameraWorker {
   SequenceGaps gaps_;
   bool finishing_ = false;
   std::atomic<std::uint64_t> dropped_{0};
+  std::atomic<std::uint64_t> refused_{0};
   std::thread thread_;
 };
 

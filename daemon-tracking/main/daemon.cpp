@@ -2,23 +2,23 @@
 
 #include <fmt/format.h>
 
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <utility>
-#include <variant>
 #include <vector>
 
-#include "common/net/endpoint.h"
 #include "common/net/frame_ring.h"
-#include "daemon-tracking/main/bounded_queue.h"
-#include "daemon-tracking/main/camera_worker.h"
+#include "daemon-tracking/main/fast_session.h"
 #include "daemon-tracking/main/fusion_stage.h"
+#include "daemon-tracking/main/io_thread.h"
+#include "daemon-tracking/main/live_session.h"
+#include "daemon-tracking/main/metrics.h"
+#include "daemon-tracking/main/metrics_server.h"
 #include "daemon-tracking/main/sample_recorder.h"
 #include "daemon-tracking/main/sources.h"
+#include "daemon-tracking/main/trace_log.h"
 #include "daemon-tracking/publish/publisher.h"
 #include "daemon-tracking/source/paced_source.h"
 
@@ -27,242 +27,369 @@ namespace handloft::tracking {
 namespace {
 
 using namespace std::chrono_literals;
+using Wake = SessionControl::Wake;
 
-constexpr auto poll_interval = 50ms;            // How soon a requested stop is seen.
+constexpr auto wait_step = 50ms;                // How soon a stop is seen while subscribers are waited for.
 constexpr double latest_frame_intervals = 0.5;  // A simulated frame that is later is dropped.
 constexpr TimePoint fast_simulation_start = from_ns(1'000'000'000);  // Any fixed time but "none".
-constexpr std::size_t fusion_queue_samples = 1024;                   // A second of everything.
-constexpr auto slow_reader_timeout = 30s;
+constexpr auto farewell_timeout = 5s;
+constexpr std::size_t ring_slots_per_camera = 3;
+constexpr std::size_t fewest_ring_cameras = 6;  // A reload may bring more cameras than the start had.
 
-// Asio on a thread of its own, ended and joined with the object.
-class IoThread {
- public:
-  IoThread() : work_(context_.get_executor()), thread_([this] { context_.run(); }) {}
-  ~IoThread() { finish(); }
-  IoThread(const IoThread&) = delete;
-  IoThread& operator=(const IoThread&) = delete;
-  boost::asio::io_context& context() { return context_; }
-  // Lets what is under way end, for a moment, then ends.
-  void finish() {
-    if (!thread_.joinable()) return;
-    work_.reset();
-    const auto deadline = std::chrono::steady_clock::now() + 1500ms;
-    while (!context_.stopped() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
-    context_.stop();
-    thread_.join();
-  }
-
- private:
-  boost::asio::io_context context_{1};
-  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
-  std::thread thread_;
-};
-
-struct Fused {
-  CameraFrame frame;
-  CameraObservation observation;
-};
-using FusionInput = std::variant<Sample, Fused>;
-
-Result<std::vector<CameraTracker>> make_trackers(const Rig& rig, const Clock& clock) {
-  CameraTrackerOptions options;
-  options.stopwatch = &clock;
-  std::vector<CameraTracker> trackers;
-  for (std::uint32_t camera = 0; camera < rig.cameras.size(); ++camera) {
-    Result<CameraTracker> tracker = CameraTracker::create(rig, camera, options);
-    if (!tracker) return tracker.error();
-    trackers.push_back(std::move(*tracker));
-  }
-  return trackers;
-}
-
-// Real time: vision on workers, fusion on one thread, the source on its own.
-Result<std::vector<FrameLosses>> run_live(SampleSource& source, std::vector<CameraTracker> trackers,
-                                          FusionStage& stage, const Clock& clock, const Logger& log,
-                                          const StopRequested& stop_requested) {
-  BoundedQueue<FusionInput> queue(fusion_queue_samples);
-  RateLimit complaints(1s);
-  const auto enqueue = [&](FusionInput input) {
-    if (queue.push(std::move(input))) return;
-    if (const auto kept_back = complaints.allow(clock.now())) {
-      log.warning("the fusion is too slow: a sample was dropped ({} more such)", *kept_back);
-    }
-  };
-  std::vector<std::unique_ptr<CameraWorker>> workers;
-  workers.reserve(trackers.size());
-  for (CameraTracker& tracker : trackers) {
-    workers.push_back(std::make_unique<CameraWorker>(
-        std::move(tracker),
-        [&](CameraFrame frame, CameraObservation observation) {
-          enqueue(Fused{std::move(frame), std::move(observation)});
-        },
-        log, clock));
-  }
-  std::thread fusion([&] {
-    while (std::optional<FusionInput> input = queue.pop()) {
-      if (const auto* fused = std::get_if<Fused>(&*input)) {
-        stage.consume(fused->frame, fused->observation);
-      } else {
-        stage.consume(std::get<Sample>(*input));
-      }
-    }
-  });
-  const Status started = source.start([&](Sample sample) {
-    if (auto* frame = std::get_if<CameraFrame>(&sample)) {
-      if (frame->camera < workers.size()) workers[frame->camera]->offer(std::move(*frame));
-    } else {
-      enqueue(std::move(sample));
-    }
-  });
-  while (started && !source.finished() && !stop_requested()) std::this_thread::sleep_for(poll_interval);
-
-  // First nobody produces any more, then what is under way is finished, stage by stage.
-  source.stop();
-  std::vector<FrameLosses> losses;
-  losses.reserve(workers.size());
-  for (const auto& worker : workers) {
-    worker->finish();
-    losses.push_back({worker->dropped(), worker->missing()});
-  }
-  queue.close();
-  fusion.join();
-  if (!started) return started.error();
-  return losses;
-}
-
-// As fast as it goes, on one thread, waiting for whoever wants every frame. The same trackers and the same
-// stage as live, fed in the order of the stream: the same bits.
-std::vector<FrameLosses> run_fast(SampleStream& stream, std::vector<CameraTracker> trackers,
-                                  FusionStage& stage, Publisher& publisher, const Logger& log,
-                                  const StopRequested& stop_requested) {
-  std::vector<SequenceGaps> gaps(trackers.size());
-  while (!stop_requested()) {
-    const std::optional<Sample> sample = stream.next();
-    if (!sample) break;
-    const auto* frame = std::get_if<CameraFrame>(&*sample);
-    if (frame == nullptr) {
-      stage.consume(*sample);
-      continue;
-    }
-    if (frame->camera >= trackers.size()) continue;
-    gaps[frame->camera].note(frame->sequence);
-    const Result<CameraObservation> observation = trackers[frame->camera].process(*frame);
-    if (!observation) {
-      log.warning("camera {}: frame {} can't be used: {}", frame->camera, frame->sequence,
-                  observation.error().describe());
-      continue;
-    }
-    stage.consume(*frame, *observation);
-    publisher.wait_for_readers(slow_reader_timeout);
-  }
-  std::vector<FrameLosses> losses;
-  losses.reserve(gaps.size());
-  for (const SequenceGaps& each : gaps) losses.push_back({0, each.missing()});
-  return losses;
+bool is_fast(const DaemonOptions& options) {
+  return options.pace == "fast" || (options.pace == "default" && options.replay.has_value());
 }
 
 Result<net::Endpoint> listening_endpoint(const DaemonOptions& options) {
   return options.listen.empty() ? net::default_tracking_endpoint() : net::parse_endpoint(options.listen);
 }
 
-bool is_fast(const DaemonOptions& options) {
-  return options.pace == "fast" || (options.pace == "default" && options.replay.has_value());
+// Checked by the publisher.
+GloveOutput glove_output(const v1::GloveFeedback& feedback) {
+  constexpr double full_strength = 255.0;
+  constexpr std::uint32_t byte = 0xFF;
+  GloveOutput output;
+  output.red = static_cast<std::uint8_t>(feedback.led_rgb() >> 16U & byte);
+  output.green = static_cast<std::uint8_t>(feedback.led_rgb() >> 8U & byte);
+  output.blue = static_cast<std::uint8_t>(feedback.led_rgb() & byte);
+  output.vibration = static_cast<std::uint8_t>(std::lround(full_strength * feedback.vibration()));
+  output.vibration_ms = static_cast<std::uint16_t>(feedback.vibration_ms());
+  return output;
 }
 
-}  // namespace
+// All that a session is made of, made before anything of an earlier session is given up.
+struct SessionPlan {
+  DaemonOptions options;
+  SourceSet sources;
+  std::optional<TrackingPipeline> pipeline;
+  std::vector<CameraTracker> trackers;
+};
 
-Result<Session> run_daemon(const DaemonOptions& options, const Clock& clock, const Logger& log,
-                           const StopRequested& stop_requested) {
-  const bool fast = is_fast(options);
+Result<SessionPlan> plan_session(const DaemonOptions& options, const Clock& clock, const Logger& log) {
+  SessionPlan plan;
+  plan.options = options;
   // Real time is brought to the present by a shift, once the session begins.
-  Result<SourceSet> sources = open_sources(options, fast ? fast_simulation_start : TimePoint{});
+  Result<SourceSet> sources =
+      open_sources(options, is_fast(options) ? fast_simulation_start : TimePoint{}, clock, log);
   if (!sources) return sources.error();
+  plan.sources = std::move(*sources);
+  const Calibration& calibration = plan.sources.calibration;
   PipelineOptions pipeline_options;
-  Result<TrackingPipeline> pipeline = TrackingPipeline::create(sources->rig, pipeline_options);
+  if (calibration.glove) {
+    pipeline_options.glove.force_zero = calibration.glove->force_zero;
+    pipeline_options.glove.force_full = calibration.glove->force_full;
+  }
+  Result<TrackingPipeline> pipeline = TrackingPipeline::create(calibration.rig, pipeline_options);
   if (!pipeline) return pipeline.error();
-  Result<std::vector<CameraTracker>> trackers = make_trackers(sources->rig, clock);
-  if (!trackers) return trackers.error();
-  const Result<net::Endpoint> endpoint = listening_endpoint(options);
-  if (!endpoint) return endpoint.error();
+  plan.pipeline.emplace(std::move(*pipeline));
+  CameraTrackerOptions tracker_options;
+  tracker_options.stopwatch = &clock;
+  for (std::size_t i = 0; i < calibration.rig.cameras.size(); ++i) {
+    Result<CameraTracker> tracker =
+        CameraTracker::create(rig_for_camera(calibration, i), static_cast<std::uint32_t>(i), tracker_options);
+    if (!tracker) return tracker.error();
+    plan.trackers.push_back(std::move(*tracker));
+  }
+  return plan;
+}
 
-  IoThread io;
-  Result<std::unique_ptr<Publisher>> publisher =
-      Publisher::listen(io.context().get_executor(), *endpoint, clock, log.component("publish"));
-  if (!publisher) return publisher.error();
-  std::optional<net::FrameRingWriter> ring;
-  std::unique_ptr<net::FrameRingServer> ring_server;
-  if (options.video && (*publisher)->endpoint().kind == net::Endpoint::Kind::unix_socket) {
-    const Result<net::Endpoint> video = net::video_endpoint((*publisher)->endpoint());
+class Daemon {
+ public:
+  Daemon(const DaemonOptions& options, const Clock& clock, const Logger& log, SessionControl& control,
+         DaemonWorld world)
+      : options_(options), clock_(clock), log_(log), control_(control), world_(std::move(world)) {}
+
+  Result<Session> run() {
+    Result<SessionPlan> plan = plan_session(options_, clock_, log_);
+    if (!plan) return plan.error();
+    if (const Status open = open_outlets(plan->sources); !open) return open.error();
+    log_.info("listening on {}", publisher_->endpoint().to_string());
+    tell_ready();
+    if (const Status enough = await_subscribers(); !enough) return enough.error();
+
+    for (;;) {
+      const Wake wake = run_session(*plan);
+      if (wake == Wake::reload) {
+        plan = std::move(*next_);
+        next_.reset();
+        continue;
+      }
+      break;
+    }
+    return finish(*plan);
+  }
+
+ private:
+  Status open_outlets(const SourceSet& sources) {
+    Result<std::unique_ptr<Publisher>> publisher = open_publisher();
+    if (!publisher) return publisher.error();
+    publisher_ = std::move(*publisher);
+    if (const Status ring = open_ring(sources.calibration.rig.cameras.size()); !ring) return ring;
+    if (options_.metrics) {
+      const Result<net::Endpoint> endpoint = net::parse_endpoint(*options_.metrics);
+      if (!endpoint) return endpoint.error();
+      auto server = MetricsServer::listen(
+          io_.context().get_executor(), *endpoint,
+          [this] { return prometheus_text(board_, process_figures()); }, log_.component("metrics"));
+      if (!server) return server.error();
+      metrics_ = std::move(*server);
+      log_.info("metrics at {}", metrics_->endpoint().to_string());
+    }
+    if (options_.trace) trace_ = std::make_unique<TraceLog>();
+    if (options_.record) {
+      Result<std::unique_ptr<SampleRecorder>> created =
+          SampleRecorder::create(*options_.record, sources.description, clock_, log_.component("record"));
+      if (!created) return created.error();
+      recorder_ = std::move(*created);
+    }
+    return {};
+  }
+
+  Result<std::unique_ptr<Publisher>> open_publisher() {
+    if (world_.listener) {
+      return Publisher::serve(io_.context().get_executor(), std::move(*world_.listener), clock_,
+                              log_.component("publish"));
+    }
+    const Result<net::Endpoint> endpoint = listening_endpoint(options_);
+    if (!endpoint) return endpoint.error();
+    return Publisher::listen(io_.context().get_executor(), *endpoint, clock_, log_.component("publish"));
+  }
+
+  Status open_ring(std::size_t cameras) {
+    if (!options_.video || publisher_->endpoint().kind != net::Endpoint::Kind::unix_socket) return {};
+    const Result<net::Endpoint> video = net::video_endpoint(publisher_->endpoint());
     if (!video) return video.error();
     net::FrameRingOptions ring_options;
-    ring_options.slot_count = static_cast<std::uint32_t>(3 * sources->rig.cameras.size());
+    const std::size_t served = uses_devices(options_) ? std::max(cameras, fewest_ring_cameras) : cameras;
+    ring_options.slot_count =
+        static_cast<std::uint32_t>(ring_slots_per_camera * std::max<std::size_t>(served, 1));
     Result<net::FrameRingWriter> writer = net::FrameRingWriter::create(ring_options);
     if (!writer) return writer.error();
-    ring.emplace(std::move(*writer));
-    auto server =
-        net::FrameRingServer::listen(io.context().get_executor(), *video, ring->fd(), log.component("video"));
+    ring_.emplace(std::move(*writer));
+    auto server = net::FrameRingServer::listen(io_.context().get_executor(), *video, ring_->fd(),
+                                               log_.component("video"));
     if (!server) return server.error();
-    ring_server = std::move(*server);
+    ring_server_ = std::move(*server);
+    return {};
   }
-  std::unique_ptr<SampleRecorder> recorder;
-  if (options.record) {
-    Result<std::unique_ptr<SampleRecorder>> created =
-        SampleRecorder::create(*options.record, sources->description, clock, log.component("record"));
-    if (!created) return created.error();
-    recorder = std::move(*created);
-  }
-  log.info("listening on {}", (*publisher)->endpoint().to_string());
 
-  const TimePoint give_up = clock.now() + from_seconds(options.wait_timeout_s);
-  while (!stop_requested() &&
-         !(*publisher)->wait_for_subscribers(options.wait_for_subscribers, poll_interval)) {
-    if (clock.now() > give_up) {
-      return make_error(
-          ErrorCode::timeout,
-          fmt::format("found {} subscribers after {} s, expected {}", (*publisher)->subscriber_count(),
-                      options.wait_timeout_s, options.wait_for_subscribers),
-          "wait_for_subscribers");
+  void tell_ready() {
+    if (world_.service == nullptr) return;
+    world_.service->ready(fmt::format("Listening on {}", publisher_->endpoint().to_string()));
+  }
+
+  void alive() {
+    if (world_.service != nullptr) world_.service->alive();
+  }
+
+  Status await_subscribers() {
+    const TimePoint give_up = clock_.now() + from_seconds(options_.wait_timeout_s);
+    while (!control_.stopping() &&
+           !publisher_->wait_for_subscribers(options_.wait_for_subscribers, wait_step)) {
+      alive();
+      if (clock_.now() > give_up) {
+        return make_error(
+            ErrorCode::timeout,
+            fmt::format("found {} subscribers after {} s, expected {}", publisher_->subscriber_count(),
+                        options_.wait_timeout_s, options_.wait_for_subscribers),
+            "wait_for_subscribers");
+      }
     }
+    return {};
   }
 
-  FusionStage stage(std::move(*pipeline), **publisher, recorder.get(), ring ? &*ring : nullptr, clock,
-                    fast ? TimeLine::past : TimeLine::present);
-  std::vector<FrameLosses> losses;
-  if (fast) {
-    losses = run_fast(*sources->stream, std::move(*trackers), stage, **publisher, log, stop_requested);
-  } else {
+  StageParts stage_parts(const SessionPlan& plan, std::function<std::vector<FrameLosses>()> losses) {
+    StageParts parts;
+    parts.recorder = recorder_.get();
+    parts.ring = ring_ ? &*ring_ : nullptr;
+    parts.trace = trace_.get();
+    parts.metrics = &board_;
+    parts.first_sequence = last_sequence_;
+    parts.losses = losses;
+    parts.alive = [this] { alive(); };
+    DeviceSources* devices = plan.sources.devices.get();
+    if (devices != nullptr) {
+      parts.facts = [devices, losses, rig = plan.sources.calibration.rig] {
+        std::vector<DeviceFacts> facts = devices->facts();
+        const std::vector<FrameLosses> lost = losses();
+        for (DeviceFacts& fact : facts)
+          for (std::size_t i = 0; i < rig.cameras.size() && i < lost.size(); ++i)
+            if (fact.device == "camera/" + rig.cameras[i].name) fact.refused += lost[i].refused;
+        return facts;
+      };
+    }
+    return parts;
+  }
+
+  // Runs one session to its end, its last frame included; gathers the figures.
+  Wake run_session(SessionPlan& plan) {
+    camera_names_.clear();
+    for (const CameraCalibration& camera : plan.sources.calibration.rig.cameras)
+      camera_names_.push_back(camera.name);
+    control_.begin();
+    const bool fast = is_fast(plan.options);
+    const AcceptReload accept_reload = [this] { return plan_next(); };
+    Wake wake = Wake::end;
+    // They outlive the stage, which asks them to its last frame.
+    std::optional<FastSession> in_order;
+    std::unique_ptr<PacedSource> paced;
+    std::unique_ptr<LiveSession> live;
+    const auto losses = [&] { return in_order ? in_order->losses() : live->losses(); };
+    if (fast) {
+      in_order.emplace(std::move(plan.trackers), plan.options.speed, clock_, log_);
+    } else {
+      paced = pace(plan);
+      std::vector<SampleSource*> sources;
+      if (paced) sources.push_back(paced.get());
+      if (plan.sources.devices) sources = plan.sources.devices->sources();
+      live = std::make_unique<LiveSession>(std::move(sources), std::move(plan.trackers), clock_, log_,
+                                           trace_.get());
+    }
+    FusionStage stage(std::move(*plan.pipeline), *publisher_, clock_,
+                      fast ? TimeLine::past : TimeLine::present, log_.component("devices"),
+                      stage_parts(plan, losses));
+    if (fast) {
+      wake = in_order->run(*plan.sources.stream, stage, *publisher_, control_, accept_reload);
+    } else {
+      show_feedback_on(plan.sources.devices.get());
+      wake = live->run(stage, control_, accept_reload);
+      show_feedback_on(nullptr);
+    }
+    if (wake != Wake::reload) stage.publish_end();
+    last_sequence_ = stage.last_sequence();
+    figures_ = stage.figures(losses());
+    figures_.source = plan.sources.description;
+    figures_.source.erase("calibration");  // The whole file's text.
+    return wake;
+  }
+
+  // What subscribers want the glove's wearer to feel and see goes to the glove there is; null: to none.
+  void show_feedback_on(DeviceSources* devices) {
+    if (devices == nullptr) return publisher_->on_glove_feedback({});
+    publisher_->on_glove_feedback(
+        [devices](const v1::GloveFeedback& feedback) { devices->show(glove_output(feedback)); });
+  }
+
+  std::unique_ptr<PacedSource> pace(SessionPlan& plan) {
+    if (!plan.sources.stream) return nullptr;
     PaceOptions pace;
     pace.start = TimeLineStart::when_prepared;
     // A busy machine must not turn into an ever older picture. A recording is played whole.
-    if (!options.replay)
-      pace.drop_frames_later_than = from_seconds(latest_frame_intervals / options.camera_rate_hz);
-    PacedSource source("rig", std::move(sources->stream), clock, pace);
-    Result<std::vector<FrameLosses>> live =
-        run_live(source, std::move(*trackers), stage, clock, log, stop_requested);
-    if (!live) return live.error();
-    losses = std::move(*live);
+    if (!plan.options.replay)
+      pace.drop_frames_later_than = from_seconds(latest_frame_intervals / plan.options.camera_rate_hz);
+    pace.on_end = [this] { control_.note_end(); };
+    return std::make_unique<PacedSource>("rig", std::move(plan.sources.stream), clock_, pace);
   }
-  stage.publish_end();
-  log.info("the session has ended");
-  const ReplayEnd& replay_end = *sources->replay_end;
-  if (!replay_end.error && replay_end.end == record::RecordingEnd::truncated) {
-    log.warning("the recording is cut off in the middle of a record, as after a crash");
-  }
-  while (!options.exit_at_end && !stop_requested()) std::this_thread::sleep_for(poll_interval);
 
-  (*publisher)->drain(5s);
-  Status recorded;
-  if (recorder) recorded = recorder->finish();
-  SessionFigures figures = stage.figures(losses);
-  figures.source = sources->description;
-  (*publisher)->stop();
-  if (ring_server) ring_server->stop();
-  io.finish();
-  // Neither ended the session: all that could be tracked was, and the figures stand.
-  std::optional<Error> problem = replay_end.error;
-  if (!recorded) problem = recorded.error();
-  if (problem) figures.problem = problem->describe();
-  return Session{std::move(figures), std::move(problem)};
+  // Plans the next session by what the files now say. False, and told: they can't be used.
+  bool plan_next() {
+    (void)control_.take_reload();
+    if (world_.service != nullptr) world_.service->reloading();
+    Result<SessionPlan> plan = try_plan();
+    board_.note_reload(plan.ok());
+    if (plan) {
+      log_.info("configuration and calibration were read again");
+      next_.emplace(std::move(*plan));
+    } else {
+      log_.error("what was read before stays: {}", plan.error().describe());
+    }
+    tell_ready();
+    return plan.ok();
+  }
+
+  Result<SessionPlan> try_plan() {
+    if (recorder_) {
+      return make_error(ErrorCode::failed_precondition,
+                        "a recording has one calibration from its beginning to its end; end it first",
+                        "record");
+    }
+    DaemonOptions wanted = options_;
+    if (world_.read_options) {
+      Result<DaemonOptions> read = world_.read_options();
+      if (!read) return read.error();
+      wanted = std::move(*read);
+      const std::string differs = fixed_option_that_differs(options_, wanted);
+      if (!differs.empty()) {
+        return make_error(ErrorCode::failed_precondition, "it can't change while the daemon runs; restart it",
+                          differs);
+      }
+    }
+    return plan_session(wanted, clock_, log_);
+  }
+
+  // Nothing follows; who comes now still gets the last frame, until we are told to end.
+  void await_end(const DaemonOptions& options) {
+    while (!options.exit_at_end && !control_.stopping()) {
+      alive();
+      const auto interval = world_.service != nullptr ? world_.service->watchdog_interval() : std::nullopt;
+      if (control_.wait_for_request(interval) == Wake::reload) (void)control_.take_reload();
+    }
+  }
+
+  Result<Session> finish(const SessionPlan& plan) {
+    log_.info("the session has ended");
+    const ReplayEnd& replay_end = *plan.sources.replay_end;
+    if (!replay_end.error && replay_end.end == record::RecordingEnd::truncated)
+      log_.warning("the recording is cut off in the middle of a record, as after a crash");
+    await_end(plan.options);
+    if (world_.service != nullptr) world_.service->stopping();
+    publisher_->drain(farewell_timeout);
+    Status recorded;
+    if (recorder_) {
+      recorded = recorder_->finish();
+      figures_.recorded_samples = recorder_->sample_count();
+    }
+    figures_.missed_by_subscribers = publisher_->frames_missed();
+    publisher_->stop();
+    if (ring_server_) ring_server_->stop();
+    if (metrics_) metrics_->stop();
+    io_.finish();
+    // None of these ended the session: all that could be tracked was, and the figures stand.
+    std::optional<Error> problem = replay_end.error;
+    if (!recorded) problem = recorded.error();
+    if (trace_) {
+      if (const Status written = trace_->write(*options_.trace, camera_names_); !written)
+        problem = written.error();
+    }
+    if (problem) figures_.problem = problem->describe();
+    return Session{std::move(figures_), std::move(problem)};
+  }
+
+  const DaemonOptions options_;
+  const Clock& clock_;
+  const Logger& log_;
+  SessionControl& control_;
+  DaemonWorld world_;
+  IoThread io_;
+  MetricsBoard board_;
+  std::unique_ptr<Publisher> publisher_;
+  std::optional<net::FrameRingWriter> ring_;
+  std::unique_ptr<net::FrameRingServer> ring_server_;
+  std::unique_ptr<MetricsServer> metrics_;
+  std::unique_ptr<TraceLog> trace_;
+  std::unique_ptr<SampleRecorder> recorder_;
+  std::vector<std::string> camera_names_;
+  std::optional<SessionPlan> next_;  // Read again, and to be run when the session has ended.
+  std::uint64_t last_sequence_ = 0;
+  SessionFigures figures_;
+};
+
+}  // namespace
+
+std::string fixed_option_that_differs(const DaemonOptions& running, const DaemonOptions& wanted) {
+  if (running.listen != wanted.listen) return "listen";
+  if (running.metrics != wanted.metrics) return "metrics";
+  if (running.record != wanted.record) return "record";
+  if (running.trace != wanted.trace) return "trace";
+  if (running.video != wanted.video) return "video";
+  if (running.replay != wanted.replay) return "replay";
+  return {};
+}
+
+Result<Session> run_daemon(const DaemonOptions& options, const Clock& clock, const Logger& log,
+                           SessionControl& control, DaemonWorld world) {
+  Daemon daemon(options, clock, log, control, std::move(world));
+  return daemon.run();
 }
 
 }  // namespace handloft::tracking

@@ -1,9 +1,12 @@
 #pragma once
 // The stage that owns all filter state: takes observations and samples in one order, records them in that
-// order, and publishes what they make. One thread at a time.
+// order, and publishes what they make: a frame an observation, a frame when a device comes or goes, and,
+// while no camera delivers, frames for what pens, 3D mice and gloves say (T14). All of it is a function of
+// the samples, so that a replay publishes the same; only what is measured on the daemon's own clock (latency,
+// publish time) and what drivers tell of themselves is not. One thread at a time.
 
 #include <cstdint>
-#include <map>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,9 +15,13 @@
 #include "common/base/clock.h"
 #include "common/net/frame_ring.h"
 #include "daemon-tracking/fusion/tracking_pipeline.h"
+#include "daemon-tracking/main/device_book.h"
+#include "daemon-tracking/main/latency_window.h"
+#include "daemon-tracking/main/metrics.h"
 #include "daemon-tracking/main/report.h"
 #include "daemon-tracking/main/sample_recorder.h"
 #include "daemon-tracking/main/sequence_gaps.h"
+#include "daemon-tracking/main/trace_log.h"
 #include "daemon-tracking/publish/publisher.h"
 #include "daemon-tracking/publish/tracking_message.h"
 #include "daemon-tracking/source/sample.h"
@@ -26,16 +33,34 @@ namespace handloft::tracking {
 struct FrameLosses {
   std::uint64_t dropped = 0;  ///< No worker came to them in time.
   std::uint64_t missing = 0;  ///< The camera counted, but never delivered them.
+  std::uint64_t refused = 0;  ///< Pictures that could not be read.
 };
 
 /// Latencies only mean something when samples carry the present time.
 enum class TimeLine { present, past };
 
+/// The presence of this device in a recording is no device's: nothing came for a while, and a frame was
+/// published all the same. A replay ticks at the same moments.
+inline constexpr const char* ticking_device = "clock";
+
+/// What a stage works with beside samples; any may be null, all must outlive it.
+struct StageParts {
+  SampleRecorder* recorder = nullptr;
+  net::FrameRingWriter* ring = nullptr;
+  TraceLog* trace = nullptr;
+  MetricsBoard* metrics = nullptr;
+  /// Asked about once a second: what the drivers say, and what the workers lost.
+  std::function<std::vector<DeviceFacts>()> facts;
+  std::function<std::vector<FrameLosses>()> losses;
+  std::function<void()> alive;  ///< Called with every frame that is published.
+  std::uint64_t first_sequence =
+      0;  ///< Frames published before, by an earlier stage for the same subscribers.
+};
+
 class FusionStage {
  public:
-  /// `recorder` and `ring` may be null. All must outlive the stage.
-  FusionStage(TrackingPipeline pipeline, Publisher& publisher, SampleRecorder* recorder,
-              net::FrameRingWriter* ring, const Clock& clock, TimeLine time_line);
+  FusionStage(TrackingPipeline pipeline, Publisher& publisher, const Clock& clock, TimeLine time_line,
+              Logger log, StageParts parts = {});
 
   /// What is no frame: reports, presence, truth.
   void consume(const Sample& sample);
@@ -45,34 +70,43 @@ class FusionStage {
   /// Tells subscribers that nothing follows.
   void publish_end();
 
+  /// Of the last frame published.
+  std::uint64_t last_sequence() const { return message_.sequence(); }
   /// `losses[i]`: of camera i.
   SessionFigures figures(const std::vector<FrameLosses>& losses) const;
 
  private:
-  struct DeviceState {
-    DeviceReport report;
-    std::uint64_t samples_at_last_report = 0;
-  };
+  enum class Standing { when_due, now };
 
-  void note_frame(const CameraFrame& frame);
-  void note_device(const std::string& device, TimePoint time);
-  void publish(const FusedState& state, const CameraFrame& frame);
+  bool note_report(const GloveBytes& report);
+  bool note_frame(const CameraFrame& frame);
+  void publish(const FusedState& state, const CameraFrame& frame, Standing standing);
+  void publish_tick(TimePoint time, Standing standing);
+  void send(const FusedState& state, Standing standing);
+  void show_picture(const CameraFrame& frame);
   void update_shown(const CameraFrame& frame);
-  std::vector<DeviceReport> device_reports(TimePoint now);
+  void add_standing(TimePoint now);
+  void put_metrics(std::vector<DeviceReport> devices);
+  std::string camera_device(std::uint32_t camera) const;
 
   TrackingPipeline pipeline_;
   Publisher& publisher_;
-  SampleRecorder* recorder_;
-  net::FrameRingWriter* ring_;
   const Clock& clock_;
   TimeLine time_line_;
+  StageParts parts_;
 
   AccuracyMeter accuracy_;
   SessionFigures figures_;
+  std::vector<CameraMetrics> camera_metrics_;
   std::vector<SequenceGaps> gaps_;
+  std::optional<std::uint16_t> glove_sequence_;
   std::vector<ShownFrame> shown_;
-  std::map<std::string, DeviceState> devices_;
+  DeviceBook devices_;
+  LatencyWindow exposure_to_publish_;
+  LatencyWindow arrival_to_publish_;
   std::optional<TimePoint> standing_told_;  // When a frame last carried what hardly changes.
+  std::optional<TimePoint> frame_arrived_;  // The newest camera frame that made a snapshot.
+  std::optional<TimePoint> ticked_;
   std::optional<FusedState> last_state_;
   v1::TrackingFrame message_;
 };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/codec/tilt_file.h"
+#include "daemon-tracking/main/repeated_stream.h"
 #include "daemon-tracking/source/recorded/recorded_stream.h"
 #include "daemon-tracking/source/simulated/motion_program.h"
 #include "daemon-tracking/source/simulated/mouse_shell.h"
@@ -18,7 +19,10 @@ namespace handloft::tracking {
 
 namespace {
 
-constexpr const char* rig_name = "default";
+// In a recording's metadata.
+constexpr const char* rig_key = "rig";
+constexpr const char* calibration_key = "calibration";  // The whole file's text.
+constexpr const char* simulated_rig_name = "default";
 
 // Unity's left-handed axes, y up, to ours: z up, y away from the designer.
 Stroke to_stroke(const codec::TiltStroke& from) {
@@ -55,9 +59,9 @@ Result<HandProgram> stroke_file_program(const DaemonOptions& options,
 Result<SourceSet> open_simulation(const DaemonOptions& options, TimePoint start) {
   SourceSet set;
   set.replay_end = std::make_shared<ReplayEnd>();
-  set.rig = default_rig();
+  set.calibration = calibration_of(default_rig());
   set.description = {
-      {"rig", rig_name}, {"simulate", *options.simulate}, {"seed", std::to_string(options.seed)}};
+      {rig_key, simulated_rig_name}, {"simulate", *options.simulate}, {"seed", std::to_string(options.seed)}};
   HandProgram program;
   if (options.simulate == "strokes") {
     Result<HandProgram> strokes = stroke_file_program(options, set.description);
@@ -92,7 +96,7 @@ Result<SourceSet> open_simulation(const DaemonOptions& options, TimePoint start)
   rig_options.seed = options.seed;
   rig_options.start = start;
   rig_options.frames_per_s = options.camera_rate_hz;
-  set.stream = std::make_unique<SimulatedRig>(set.rig, std::move(program), rig_options);
+  set.stream = std::make_unique<SimulatedRig>(set.calibration.rig, std::move(program), rig_options);
   return set;
 }
 
@@ -112,30 +116,103 @@ class WatchedRecording final : public SampleStream {
   std::shared_ptr<ReplayEnd> end_;
 };
 
+// The rig that a recording was made with: the default one, or the calibration in its metadata.
+Result<Calibration> recorded_rig(const DaemonOptions& options,
+                                 const std::map<std::string, std::string>& metadata) {
+  if (options.calibration) return load_calibration(*options.calibration);
+  const auto text = metadata.find(calibration_key);
+  if (text != metadata.end()) return parse_calibration(text->second, *options.replay + ": its calibration");
+  const auto rig = metadata.find(rig_key);
+  if (rig != metadata.end() && rig->second != simulated_rig_name) {
+    return make_error(ErrorCode::unsupported,
+                      fmt::format("{} was recorded with the rig '{}', expected '{}' or a calibration",
+                                  *options.replay, rig->second, simulated_rig_name),
+                      "replay");
+  }
+  return calibration_of(default_rig());
+}
+
 Result<SourceSet> open_recording(const DaemonOptions& options) {
   Result<std::unique_ptr<RecordedStream>> stream = RecordedStream::open(*options.replay);
   if (!stream) return stream.error();
-  const auto& more = (*stream)->metadata().more;
-  const auto rig = more.find("rig");
-  if (rig != more.end() && rig->second != rig_name) {
-    return make_error(ErrorCode::unsupported,
-                      fmt::format("{} was recorded with the rig '{}', expected '{}'", *options.replay,
-                                  rig->second, rig_name),
-                      "replay");
-  }
   SourceSet set;
-  set.rig = default_rig();
-  set.description = more;
+  set.description = (*stream)->metadata().more;
+  Result<Calibration> calibration = recorded_rig(options, set.description);
+  if (!calibration) return calibration.error();
+  set.calibration = std::move(*calibration);
   const auto end = std::make_shared<ReplayEnd>();
-  set.stream = std::make_unique<WatchedRecording>(std::move(*stream), end);
   set.replay_end = end;
+  auto first = std::make_shared<std::unique_ptr<RecordedStream>>(std::move(*stream));
+  const auto reopen = [first, end, path = *options.replay]() -> std::unique_ptr<SampleStream> {
+    std::unique_ptr<RecordedStream> round = std::move(*first);
+    if (round == nullptr) {
+      Result<std::unique_ptr<RecordedStream>> again = RecordedStream::open(path);
+      if (!again) {
+        end->error = again.error();
+        return nullptr;
+      }
+      round = std::move(*again);
+    }
+    return std::make_unique<WatchedRecording>(std::move(round), end);
+  };
+  if (options.repeat > 1) {
+    set.stream = std::make_unique<RepeatedStream>(reopen, options.repeat);
+  } else {
+    set.stream = reopen();
+  }
+  return set;
+}
+
+Result<SourceSet> open_devices(const DaemonOptions& options, const Clock& clock, const Logger& log) {
+  Result<Calibration> calibration = load_lab(options);
+  if (!calibration) return calibration.error();
+  Result<std::string> text = format_calibration(*calibration);
+  if (!text) return text.error();
+  SourceSet set;
+  set.replay_end = std::make_shared<ReplayEnd>();
+  set.description = {{rig_key, "calibration"}, {calibration_key, std::move(*text)}};
+  Result<std::unique_ptr<DeviceSources>> devices =
+      DeviceSources::open(*calibration, {options.serial_glove}, clock, log);
+  if (!devices) return devices.error();
+  set.devices = std::move(*devices);
+  set.calibration = std::move(*calibration);
   return set;
 }
 
 }  // namespace
 
-Result<SourceSet> open_sources(const DaemonOptions& options, TimePoint start) {
-  return options.replay ? open_recording(options) : open_simulation(options, start);
+Result<Calibration> load_lab(const DaemonOptions& options) {
+  if (!options.cameras) {
+    Rig rig = default_rig();
+    rig.cameras.clear();
+    return calibration_of(rig);
+  }
+  std::string path;
+  if (options.calibration) {
+    path = *options.calibration;
+  } else {
+    const Result<std::string> usual = default_calibration_path();
+    if (!usual) return usual.error();
+    path = *usual;
+  }
+  Result<Calibration> calibration = load_calibration(path);
+  if (!calibration && calibration.error().code == ErrorCode::not_found) {
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("there is no calibration at {}: make one with handloft-calibrate (it tells the "
+                    "steps; `handloft-trackd devices` lists the cameras), follow gloves, pens and "
+                    "3D mice alone with --no-cameras, or try --simulate mouse, which needs no device",
+                    path),
+        "calibration");
+  }
+  return calibration;
+}
+
+Result<SourceSet> open_sources(const DaemonOptions& options, TimePoint start, const Clock& clock,
+                               const Logger& log) {
+  if (options.replay) return open_recording(options);
+  if (options.simulate) return open_simulation(options, start);
+  return open_devices(options, clock, log);
 }
 
 }  // namespace handloft::tracking

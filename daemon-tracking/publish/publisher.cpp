@@ -1,6 +1,9 @@
 #include "daemon-tracking/publish/publisher.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <utility>
@@ -23,6 +26,8 @@ struct Subscriber {
   net::ConnectionPtr connection;
   v1::Subscribe::Delivery delivery = v1::Subscribe::LATEST;
   std::uint64_t ordinal = 0;  // Counts the subscribers from 1.
+  double feedback_credit = Publisher::feedback_burst;
+  TimePoint last_feedback = {};
 
   void send(const net::Frame& bytes) const {
     if (delivery == v1::Subscribe::EVERY) {
@@ -32,6 +37,30 @@ struct Subscriber {
     }
   }
 };
+
+constexpr std::uint32_t largest_colour = 0xFFFFFF;
+constexpr std::uint32_t longest_vibration_ms = 1000;
+
+Status check(const v1::GloveFeedback& feedback) {
+  if (feedback.led_rgb() > largest_colour) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {:#x}, expected 0x00RRGGBB", feedback.led_rgb()),
+                      "glove_feedback.led_rgb");
+  }
+  // Refuses what is not finite too.
+  if (!(feedback.vibration() >= 0.0 && feedback.vibration() <= 1.0)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {}, expected 0..1", feedback.vibration()),
+                      "glove_feedback.vibration");
+  }
+  if (feedback.vibration_ms() > longest_vibration_ms) {
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found {}, expected at most {}", feedback.vibration_ms(), longest_vibration_ms),
+        "glove_feedback.vibration_ms");
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -51,10 +80,39 @@ struct Publisher::Implementation {
   net::Frame newest;           // For those who come later, as it was sent; null before the first.
   net::Frame newest_standing;  // The newest with standing parts.
 
+  std::mutex feedback_mutex;  // One call at a time; taken after `mutex` is let go.
+  std::function<void(const v1::GloveFeedback&)> feedback_callback;
+  std::uint64_t feedback_dropped = 0;
+
+  Status on_feedback(const net::ConnectionPtr& connection, const v1::GloveFeedback& feedback) {
+    if (Status status = check(feedback); !status) return status;
+    {
+      const std::lock_guard lock(mutex);
+      const auto known = find(connection);
+      if (known == subscribers.end()) {
+        return make_error(ErrorCode::failed_precondition, "found before 'subscribe', expected after it",
+                          "glove_feedback");
+      }
+      const TimePoint now = clock.now();
+      const double earned = to_seconds(now - known->last_feedback) * feedback_rate_hz;
+      known->feedback_credit = std::min(feedback_burst, known->feedback_credit + std::max(earned, 0.0));
+      known->last_feedback = now;
+      if (known->feedback_credit < 1.0) {
+        ++feedback_dropped;
+        return {};
+      }
+      known->feedback_credit -= 1.0;
+    }
+    const std::lock_guard lock(feedback_mutex);
+    if (feedback_callback) feedback_callback(feedback);
+    return {};
+  }
+
   Status on_message(const net::ConnectionPtr& connection, const v1::Envelope& message) {
+    if (message.has_glove_feedback()) return on_feedback(connection, message.glove_feedback());
     if (!message.has_subscribe()) {
-      return make_error(ErrorCode::unsupported, "the tracking daemon takes 'subscribe' only",
-                        "envelope.body");
+      return make_error(ErrorCode::unsupported,
+                        "the tracking daemon takes 'subscribe' and 'glove_feedback' only", "envelope.body");
     }
     const std::lock_guard lock(mutex);
     const auto known = find(connection);
@@ -115,6 +173,13 @@ Publisher::~Publisher() {
 Result<std::unique_ptr<Publisher>> Publisher::listen(boost::asio::any_io_executor executor,
                                                      const net::Endpoint& endpoint, const Clock& clock,
                                                      Logger log) {
+  Result<net::Listener> listener = net::listen_on(endpoint);
+  if (!listener) return listener.error();
+  return serve(std::move(executor), std::move(*listener), clock, std::move(log));
+}
+
+Result<std::unique_ptr<Publisher>> Publisher::serve(boost::asio::any_io_executor executor,
+                                                    net::Listener listener, const Clock& clock, Logger log) {
   auto implementation = std::make_unique<Implementation>(clock, log);
   Implementation* self = implementation.get();
   net::ServerOptions options;
@@ -132,8 +197,8 @@ Result<std::unique_ptr<Publisher>> Publisher::listen(boost::asio::any_io_executo
     ++self->overflows;
     return net::OverflowAction::reseed;
   };
-  auto server = net::MessageServer::listen(std::move(executor), endpoint, std::move(options),
-                                           std::move(events), clock, std::move(log));
+  auto server = net::MessageServer::serve(std::move(executor), std::move(listener), std::move(options),
+                                          std::move(events), clock, std::move(log));
   if (!server) return server.error();
   implementation->server = std::move(*server);
   return std::unique_ptr<Publisher>(new Publisher(std::move(implementation)));
@@ -141,6 +206,16 @@ Result<std::unique_ptr<Publisher>> Publisher::listen(boost::asio::any_io_executo
 
 const net::Endpoint& Publisher::endpoint() const {
   return implementation_->server->endpoint();
+}
+
+void Publisher::on_glove_feedback(std::function<void(const v1::GloveFeedback&)> callback) {
+  const std::lock_guard lock(implementation_->feedback_mutex);
+  implementation_->feedback_callback = std::move(callback);
+}
+
+std::uint64_t Publisher::feedback_dropped() const {
+  const std::lock_guard lock(implementation_->mutex);
+  return implementation_->feedback_dropped;
 }
 
 void Publisher::publish(v1::TrackingFrame& frame) {

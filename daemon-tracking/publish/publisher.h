@@ -6,6 +6,7 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "common/base/clock.h"
@@ -22,11 +23,23 @@ class Publisher {
   static Result<std::unique_ptr<Publisher>> listen(boost::asio::any_io_executor executor,
                                                    const net::Endpoint& endpoint, const Clock& clock,
                                                    Logger log);
+  /// The same on a socket that listens already.
+  static Result<std::unique_ptr<Publisher>> serve(boost::asio::any_io_executor executor,
+                                                  net::Listener listener, const Clock& clock, Logger log);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
   const net::Endpoint& endpoint() const;
+
+  /// Who is handed the glove's feedback of any subscriber (T9): valid, and at most `feedback_rate_hz` a
+  /// subscriber but for a short burst; what comes faster is dropped. On one of the executor's threads, one call
+  /// at a time; it must be quick. Empty, as at first: feedback is accepted and forgotten.
+  void on_glove_feedback(std::function<void(const v1::GloveFeedback&)> callback);
+  static constexpr double feedback_rate_hz = 50.0;  ///< A hand feels no pulses that follow faster.
+  static constexpr double feedback_burst = 10.0;
+  /// Subscribers' feedback that came too fast.
+  std::uint64_t feedback_dropped() const;
 
   /// Stamps `frame` with the publish time and sends it to everyone. One thread at a time; never blocks.
   void publish(v1::TrackingFrame& frame);

@@ -139,6 +139,9 @@ void fill(const DeviceReport& device, v1::DeviceHealth& to) {
   to.set_dropped(device.dropped);
   to.set_last_sample_ns(to_ns(device.last_sample));
   to.set_problem(device.problem);
+  to.set_identity(device.identity);
+  to.set_asked_rate_hz(device.asked_rate_hz);
+  to.set_refused(device.refused);
 }
 
 }  // namespace
@@ -195,6 +198,7 @@ void copy_standing_parts(const v1::TrackingFrame& from, v1::TrackingFrame& to) {
   }
   if (to.devices_size() == 0) *to.mutable_devices() = from.devices();
   *to.mutable_fingertip_colours() = from.fingertip_colours();
+  if (from.has_latency()) *to.mutable_latency() = from.latency();
 }
 
 bool has_standing_parts(const v1::TrackingFrame& frame) {

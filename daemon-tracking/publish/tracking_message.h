@@ -28,6 +28,9 @@ struct DeviceReport {
   std::uint64_t dropped = 0;
   TimePoint last_sample;
   std::string problem;
+  std::string identity;        ///< Model, serial number, port.
+  double asked_rate_hz = 0.0;  ///< 0: as it comes.
+  std::uint64_t refused = 0;   ///< Samples that could not be used.
 };
 
 /// Fills `frame` (cleared first; its memory is reused) with what moves: hand, head and the pose of the camera

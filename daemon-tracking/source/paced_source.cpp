@@ -109,6 +109,8 @@ struct PacedSource::State {
       sink(std::move(sample));
     }
     finished = true;
+    const std::unique_lock lock(mutex);
+    if (!stopping && options.on_end) options.on_end();
   }
 
   std::string name;

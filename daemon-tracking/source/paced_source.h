@@ -2,6 +2,7 @@
 // Delivers a stream's samples at their delivery times on a clock, or as fast as the sink takes them. One
 // thread prepares samples ahead (a simulated frame takes milliseconds to render), one delivers.
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,6 +38,8 @@ struct PaceOptions {
   /// drops what nobody fetched, and the stream may leave out those that would be. None: nothing is dropped,
   /// as for recordings. Reports and all else are always delivered.
   std::optional<Duration> drop_frames_later_than = std::nullopt;
+  /// Called once, on the delivering thread, after the stream's last sample was delivered; not after stop().
+  std::function<void()> on_end = {};
 };
 
 class PacedSource final : public SampleSource {

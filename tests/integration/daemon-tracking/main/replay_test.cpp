@@ -53,8 +53,8 @@ Replayed run(DaemonOptions options, const std::filesystem::path& folder) {
   options.wait_for_subscribers = 1;
   options.wait_timeout_s = 10;
   options.exit_at_end = true;
-  auto daemon =
-      std::async(std::launch::async, [&] { return run_daemon(options, clock, quiet, [] { return false; }); });
+  SessionControl control;
+  auto daemon = std::async(std::launch::async, [&] { return run_daemon(options, clock, quiet, control); });
 
   net::ClientOptions client_options;
   client_options.role = v1::ROLE_SUBSCRIBER;
@@ -70,7 +70,8 @@ Replayed run(DaemonOptions options, const std::filesystem::path& folder) {
     if (!message.ok()) break;
     v1::TrackingFrame& frame = *message->mutable_tracking();
     replayed.ended = frame.end_of_recording();
-    frame.clear_publish_time_ns();
+    frame.clear_publish_time_ns();  // These two are measured on the daemon's clock.
+    frame.clear_latency();
     replayed.frames.push_back(frame.SerializeAsString());
   }
   { const net::SyncClient gone = std::move(*client); }  // or the daemon would wait for it to leave
@@ -136,7 +137,9 @@ TEST(Replay, ADamagedRecordingReplaysUpToTheDamageAndSaysSo) {
 TEST(Replay, NoRecordingIsAnErrorThatNamesTheFile) {
   const SystemClock clock;
   const DaemonOptions options = replaying("/does/not/exist.rec");
-  const auto figures = run_daemon(options, clock, quiet, [] { return true; });
+  SessionControl control;
+  control.stop();
+  const auto figures = run_daemon(options, clock, quiet, control);
   ASSERT_FALSE(figures.ok());
   EXPECT_NE(figures.error().describe().find("/does/not/exist.rec"), std::string::npos);
 }

@@ -99,8 +99,9 @@ TEST_F(TrackdProcess, ReplaysOfNoRecordingNameTheFile) {
   expect_refusal({"--replay", path, "--exit-at-end"}, 1, path);
 }
 
-TEST_F(TrackdProcess, NoSourceIsAMistakeOfTheCaller) {
-  expect_refusal({}, 2, "--simulate mouse");
+TEST_F(TrackdProcess, WithoutCalibrationItSaysHowToMakeOne) {
+  const auto missing = (folder_.path() / "calibration.toml").string();
+  expect_refusal({"--calibration", missing}, 2, missing + ": make one with handloft-calibrate");
 }
 
 }  // namespace

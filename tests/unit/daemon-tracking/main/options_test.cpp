@@ -15,12 +15,13 @@ std::string refused_field(std::vector<const char*> arguments) {
   arguments.insert(arguments.begin(), "handloft-trackd");
   const auto parsed = table.parse(static_cast<int>(arguments.size()), const_cast<char**>(arguments.data()));
   if (!parsed) return "parse: " + parsed.error().describe();
+  if (const Status resolved = resolve_command(options); !resolved) return resolved.error().field;
   const Status status = check(options);
   return status ? "" : status.error().field;
 }
 
-TEST(DaemonOptions, ExactlyOneSource) {
-  EXPECT_EQ(refused_field({}), "simulate");
+TEST(DaemonOptions, NotTwoSources) {
+  EXPECT_EQ(refused_field({}), "") << "the devices of this computer";
   EXPECT_EQ(refused_field({"--simulate", "mouse"}), "");
   EXPECT_EQ(refused_field({"--replay", "a.rec"}), "");
   EXPECT_EQ(refused_field({"--simulate", "mouse", "--replay", "a.rec"}), "replay");
@@ -35,6 +36,39 @@ TEST(DaemonOptions, StrokesGoWithTheirSimulation) {
 TEST(DaemonOptions, ARecordingIsNotWrittenOverItself) {
   EXPECT_EQ(refused_field({"--replay", "a.rec", "--record", "a.rec"}), "record");
   EXPECT_EQ(refused_field({"--replay", "a.rec", "--record", "b.rec"}), "");
+}
+
+TEST(DaemonOptions, CommandsStandForFlags) {
+  EXPECT_EQ(refused_field({"run"}), "");
+  EXPECT_EQ(refused_field({"record"}), "FILE");
+  EXPECT_EQ(refused_field({"record", "a.rec"}), "");
+  EXPECT_EQ(refused_field({"record", "a.rec", "--record", "b.rec"}), "record");
+  EXPECT_EQ(refused_field({"replay", "a.rec"}), "");
+  EXPECT_EQ(refused_field({"replay", "a.rec", "--simulate", "mouse"}), "replay");
+  EXPECT_EQ(refused_field({"doctor", "a.rec"}), "FILE");
+  EXPECT_NE(refused_field({"recrod", "a.rec"}), "");
+  DaemonOptions options;
+  options.command = "replay";
+  options.file = "a.rec";
+  ASSERT_TRUE(resolve_command(options).ok());
+  EXPECT_EQ(options.replay, "a.rec");
+  EXPECT_FALSE(uses_devices(options));
+}
+
+TEST(DaemonOptions, OnlyReplaysHaveASpeedT13) {
+  EXPECT_EQ(refused_field({"replay", "a.rec", "--speed", "2"}), "");
+  EXPECT_EQ(refused_field({"replay", "a.rec", "--speed", "0.05"}), "speed");
+  EXPECT_NE(refused_field({"replay", "a.rec", "--speed", "101"}), "");
+  EXPECT_NE(refused_field({"replay", "a.rec", "--speed", "nan"}), "");
+  EXPECT_EQ(refused_field({"--simulate", "mouse", "--speed", "2"}), "speed");
+  EXPECT_EQ(refused_field({"--simulate", "mouse", "--repeat", "2"}), "repeat");
+  EXPECT_EQ(refused_field({"replay", "a.rec", "--speed", "2", "--pace", "fast"}), "pace");
+  EXPECT_EQ(refused_field({"--pace", "fast"}), "pace") << "devices come in real time";
+}
+
+TEST(DaemonOptions, ASimulatedRigTakesNoCalibration) {
+  EXPECT_EQ(refused_field({"--simulate", "mouse", "--calibration", "a.toml"}), "calibration");
+  EXPECT_EQ(refused_field({"--calibration", "a.toml"}), "");
 }
 
 TEST(DaemonOptions, HelpTellsTheExitStatus) {

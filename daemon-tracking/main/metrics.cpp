@@ -1,0 +1,193 @@
+#include "daemon-tracking/main/metrics.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "common/base/version.h"
+
+namespace handloft::tracking {
+
+namespace {
+
+constexpr double ms_per_s = 1000.0;
+constexpr double us_per_s = 1e6;
+
+// Families of samples: each has its help and type once, as the format demands.
+class Text {
+ public:
+  void family(std::string_view name, std::string_view type, std::string_view help) {
+    name_ = name;
+    fmt::format_to(to(), "# HELP handloft_{} {}\n# TYPE handloft_{} {}\n", name, help, name, type);
+  }
+  template <typename Number>
+  void sample(Number value, std::string_view labels = {}, std::string_view suffix = {}) {
+    const std::string braced = labels.empty() ? std::string() : fmt::format("{{{}}}", labels);
+    fmt::format_to(to(), "handloft_{}{}{} {}\n", name_, suffix, braced, value);
+  }
+  void histogram(const LatencyHistogram& values, const std::string& labels = {}) {
+    const std::string comma = labels.empty() ? "" : labels + ",";
+    for (std::size_t i = 0; i < LatencyHistogram::bounds_ms.size(); ++i) {
+      sample(values.up_to[i], fmt::format("{}le=\"{}\"", comma, LatencyHistogram::bounds_ms[i] / ms_per_s),
+             "_bucket");
+    }
+    sample(values.count(), comma + "le=\"+Inf\"", "_bucket");
+    sample(values.sum_ms / ms_per_s, labels, "_sum");
+    sample(values.count(), labels, "_count");
+  }
+  std::string take() { return fmt::to_string(out_); }
+
+ private:
+  std::back_insert_iterator<fmt::memory_buffer> to() { return std::back_inserter(out_); }
+  fmt::memory_buffer out_;
+  std::string_view name_;
+};
+
+std::string label(std::string_view key, std::string_view value) {
+  return fmt::format("{}=\"{}\"", key, escape_label(value));
+}
+
+void devices(Text& text, const MetricsSnapshot& figures) {
+  const auto each = [&](std::string_view name, std::string_view type, std::string_view help, auto value) {
+    text.family(name, type, help);
+    for (const DeviceReport& device : figures.devices)
+      text.sample(value(device), label("device", device.device));
+  };
+  each("device_present", "gauge", "1: plugged in and delivering.",
+       [](const DeviceReport& device) { return device.present ? 1 : 0; });
+  each("device_rate_hz", "gauge", "Samples a second over the last interval.",
+       [](const DeviceReport& device) { return device.rate_hz; });
+  each("device_asked_rate_hz", "gauge", "What it was asked for; 0: as it comes.",
+       [](const DeviceReport& device) { return device.asked_rate_hz; });
+  each("device_samples_total", "counter", "Samples that came.",
+       [](const DeviceReport& device) { return device.samples; });
+  each("device_dropped_total", "counter", "Samples that the device counted, but that never came here.",
+       [](const DeviceReport& device) { return device.dropped; });
+  each("device_refused_total", "counter", "Samples that could not be used.",
+       [](const DeviceReport& device) { return device.refused; });
+  each("device_alarm", "gauge", "1: something is wrong with it; `handloft-trackd status` says what.",
+       [](const DeviceReport& device) { return device.problem.empty() ? 0 : 1; });
+}
+
+void cameras(Text& text, const MetricsSnapshot& figures) {
+  const auto each = [&](std::string_view name, std::string_view help, auto value) {
+    text.family(name, "counter", help);
+    for (const CameraMetrics& camera : figures.cameras)
+      text.sample(value(camera), label("camera", camera.name));
+  };
+  each("camera_frames_total", "Frames that the fusion took.",
+       [](const CameraMetrics& camera) { return camera.frames; });
+  each("camera_overtaken_total", "Frames replaced by a newer one before the vision came to them.",
+       [](const CameraMetrics& camera) { return camera.dropped; });
+  each("camera_tags_total", "AprilTags found.", [](const CameraMetrics& camera) { return camera.tags; });
+  each("camera_fingertips_total", "Patches of a fingertip's colour found.",
+       [](const CameraMetrics& camera) { return camera.fingertips; });
+  text.family("camera_vision_seconds", "histogram", "Decoding and looking at one frame.");
+  for (const CameraMetrics& camera : figures.cameras)
+    text.histogram(camera.vision, label("camera", camera.name));
+}
+
+}  // namespace
+
+std::string escape_label(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '\n') {
+      out += "\\n";
+      continue;
+    }
+    if (c == '\\' || c == '"') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+void MetricsBoard::put(MetricsSnapshot snapshot) {
+  const std::lock_guard lock(mutex_);
+  snapshot_ = std::move(snapshot);
+}
+
+MetricsSnapshot MetricsBoard::get() const {
+  const std::lock_guard lock(mutex_);
+  return snapshot_;
+}
+
+void MetricsBoard::note_reload(bool taken) {
+  const std::lock_guard lock(mutex_);
+  ++(taken ? reloads_ : reloads_refused_);
+}
+
+std::uint64_t MetricsBoard::reloads() const {
+  const std::lock_guard lock(mutex_);
+  return reloads_;
+}
+
+std::uint64_t MetricsBoard::reloads_refused() const {
+  const std::lock_guard lock(mutex_);
+  return reloads_refused_;
+}
+
+ProcessFigures process_figures() {
+  ProcessFigures figures;
+  rusage usage{};
+  if (getrusage(RUSAGE_SELF, &usage) == 0) {
+    figures.cpu_seconds = static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+                          static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) / us_per_s;
+  }
+  std::ifstream statm("/proc/self/statm");
+  std::uint64_t all_pages = 0, resident_pages = 0;
+  if (statm >> all_pages >> resident_pages)
+    figures.resident_bytes = resident_pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  std::error_code gone;
+  for (std::filesystem::directory_iterator it("/proc/self/fd", gone), end; !gone && it != end;
+       it.increment(gone))
+    ++figures.open_files;
+  return figures;
+}
+
+std::string prometheus_text(const MetricsBoard& board, const ProcessFigures& process) {
+  const MetricsSnapshot figures = board.get();
+  Text text;
+  text.family("build_info", "gauge", "Which build this is.");
+  text.sample(1, label("version", version()) + "," + label("commit", version_commit()));
+  devices(text, figures);
+  cameras(text, figures);
+  const auto counter = [&](std::string_view name, std::string_view help, std::uint64_t value) {
+    text.family(name, "counter", help);
+    text.sample(value);
+  };
+  counter("frames_published_total", "Frames made for subscribers.", figures.published);
+  counter("frames_missed_total", "Frames that slow subscribers did not get.", figures.missed_by_subscribers);
+  counter("frames_refused_total", "Camera frames that could not be used.", figures.health.frames_refused);
+  counter("observations_late_total", "Put in order after they came late.", figures.health.late_replayed);
+  counter("observations_too_late_total", "Older than what is kept to put them in order.",
+          figures.health.late_dropped);
+  counter("fingertips_gated_total", "Patches that no fingertip could have made.", figures.health.tips_gated);
+  counter("head_gated_total", "Tags that the head could not have shown.", figures.health.head_gated);
+  counter("filter_resets_total", "Filters begun anew.", figures.health.resets);
+  counter("recorded_samples_total", "Samples written to the recording.", figures.recorded_samples);
+  counter("reloads_total", "Times that configuration and calibration were read again.", board.reloads());
+  counter("reloads_refused_total", "Times that the files were bad and the old ones stayed.",
+          board.reloads_refused());
+  text.family("subscribers", "gauge", "Programs that follow.");
+  text.sample(figures.subscribers);
+  text.family("exposure_to_publish_seconds", "histogram",
+              "Age of a frame when it is published: middle of its exposure to socket.");
+  text.histogram(figures.exposure_to_publish);
+  text.family("arrival_to_publish_seconds", "histogram", "The daemon's own part of that age.");
+  text.histogram(figures.arrival_to_publish);
+  text.family("process_cpu_seconds_total", "counter", "User and system time.");
+  text.sample(process.cpu_seconds);
+  text.family("process_resident_memory_bytes", "gauge", "Resident memory.");
+  text.sample(process.resident_bytes);
+  text.family("process_open_fds", "gauge", "Open files.");
+  text.sample(process.open_files);
+  return text.take();
+}
+
+}  // namespace handloft::tracking

@@ -1,0 +1,165 @@
+#include "daemon-tracking/main/metrics_server.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <cerrno>
+#include <chrono>
+#include <utility>
+
+#include "common/base/version.h"
+
+namespace handloft::tracking {
+
+namespace {
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using Stream = beast::basic_stream<asio::generic::stream_protocol>;
+
+constexpr std::size_t longest_request_bytes = 8 << 10;
+constexpr int most_connections = 8;
+constexpr auto patience = std::chrono::seconds(5);
+constexpr auto pause_after_failure = std::chrono::milliseconds(100);
+
+http::response<http::string_body> answer(const http::request<http::empty_body>& request,
+                                         const std::function<std::string()>& text) {
+  http::response<http::string_body> response;
+  response.version(request.version());
+  response.keep_alive(false);
+  response.set(http::field::server, program_version("handloft-trackd"));
+  response.set(http::field::content_type, "text/plain; version=0.0.4; charset=utf-8");
+  if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    response.result(http::status::method_not_allowed);
+    response.set(http::field::allow, "GET, HEAD");
+    response.body() = "expected GET /metrics\n";
+  } else if (request.target() != "/metrics") {
+    response.result(http::status::not_found);
+    response.body() = "expected /metrics\n";
+  } else {
+    response.body() = text();
+  }
+  response.prepare_payload();
+  if (request.method() == http::verb::head) response.body().clear();
+  return response;
+}
+}  // namespace
+
+struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServer::Implementation> {
+  Implementation(asio::any_io_executor io, net::Listener taken, std::function<std::string()> asked,
+                 Logger logger)
+      : strand(asio::make_strand(io)),
+        acceptor(strand, ::dup(taken.fd.get())),
+        pause(strand),
+        listener(std::move(taken)),
+        text(std::move(asked)),
+        log(std::move(logger)) {}
+
+  asio::strand<asio::any_io_executor> strand;
+  asio::posix::stream_descriptor acceptor;
+  asio::steady_timer pause;
+  net::Listener listener;
+  std::function<std::string()> text;
+  Logger log;
+  int connections = 0;
+
+  asio::awaitable<void> accept_all() {
+    boost::system::error_code error;
+    while (acceptor.is_open()) {
+      const int fd = ::accept4(listener.fd.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+      if (fd >= 0) {
+        net::FileDescriptor peer(fd);
+        if (connections >= most_connections || !net::check_peer(fd, listener.endpoint)) continue;
+        serve(std::move(peer));
+        continue;
+      }
+      if (errno == EINTR || errno == ECONNABORTED) continue;
+      if (errno == EAGAIN || errno == EWOULDBLOCK) {
+        co_await acceptor.async_wait(asio::posix::stream_descriptor::wait_read,
+                                     asio::redirect_error(asio::use_awaitable, error));
+      } else {  // Out of descriptors, for now.
+        pause.expires_after(pause_after_failure);
+        co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      }
+      if (error) co_return;
+    }
+  }
+
+  void serve(net::FileDescriptor peer) {
+    const int family = listener.endpoint.kind == net::Endpoint::Kind::unix_socket ? AF_UNIX : AF_INET;
+    auto stream = std::make_shared<Stream>(strand);
+    boost::system::error_code error;
+    stream->socket().assign(asio::generic::stream_protocol(family, 0), peer.get(), error);
+    if (error) return;
+    (void)peer.release();
+    ++connections;
+    asio::co_spawn(
+        strand,
+        [self = shared_from_this(), stream]() -> asio::awaitable<void> {
+          co_await self->converse(*stream);
+          --self->connections;
+        },
+        asio::detached);
+  }
+
+  asio::awaitable<void> converse(Stream& stream) {
+    boost::system::error_code error;
+    beast::flat_buffer buffer(longest_request_bytes);
+    http::request_parser<http::empty_body> parser;
+    parser.header_limit(longest_request_bytes);
+    stream.expires_after(patience);
+    co_await http::async_read(stream, buffer, parser, asio::redirect_error(asio::use_awaitable, error));
+    if (error) co_return;
+    http::response<http::string_body> response = answer(parser.get(), text);
+    http::response_serializer<http::string_body> serializer(response);
+    stream.expires_after(patience);
+    co_await http::async_write(stream, serializer, asio::redirect_error(asio::use_awaitable, error));
+    stream.socket().shutdown(asio::socket_base::shutdown_send, error);
+  }
+};
+
+MetricsServer::MetricsServer(std::shared_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+MetricsServer::~MetricsServer() {
+  stop();
+}
+
+Result<std::unique_ptr<MetricsServer>> MetricsServer::listen(asio::any_io_executor executor,
+                                                             const net::Endpoint& endpoint,
+                                                             std::function<std::string()> text, Logger log) {
+  Result<net::Listener> listener = net::listen_on(endpoint);
+  if (!listener) return listener.error();
+  auto implementation = std::make_shared<Implementation>(std::move(executor), std::move(*listener),
+                                                         std::move(text), std::move(log));
+  asio::co_spawn(
+      implementation->strand,
+      [implementation]() -> asio::awaitable<void> { co_await implementation->accept_all(); }, asio::detached);
+  return std::unique_ptr<MetricsServer>(new MetricsServer(std::move(implementation)));
+}
+
+const net::Endpoint& MetricsServer::endpoint() const {
+  return implementation_->listener.endpoint;
+}
+
+void MetricsServer::stop() {
+  asio::dispatch(implementation_->strand, [self = implementation_] {
+    boost::system::error_code ignored;
+    self->acceptor.close(ignored);
+    self->pause.cancel();
+    net::close_listener(self->listener);
+  });
+}
+
+}  // namespace handloft::tracking

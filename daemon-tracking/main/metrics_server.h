@@ -1,0 +1,36 @@
+#pragma once
+// Serves the metrics over HTTP on loopback or on a Unix socket of ours: GET /metrics, one answer a
+// connection. Off by default; nothing else can be asked of it, and it tells nothing of what hands do.
+
+#include <boost/asio/any_io_executor.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/base/log.h"
+#include "common/base/result.h"
+#include "common/net/endpoint.h"
+
+namespace handloft::tracking {
+
+class MetricsServer {
+ public:
+  /// `text` is asked from the executor's threads. Errors: those of net::listen_on (TCP beyond loopback is
+  /// refused).
+  static Result<std::unique_ptr<MetricsServer>> listen(boost::asio::any_io_executor executor,
+                                                       const net::Endpoint& endpoint,
+                                                       std::function<std::string()> text, Logger log);
+  ~MetricsServer();
+  MetricsServer(const MetricsServer&) = delete;
+  MetricsServer& operator=(const MetricsServer&) = delete;
+
+  const net::Endpoint& endpoint() const;  ///< With the port that the system chose.
+  void stop();
+
+ private:
+  struct Implementation;
+  explicit MetricsServer(std::shared_ptr<Implementation> implementation);
+  std::shared_ptr<Implementation> implementation_;
+};
+
+}  // namespace handloft::tracking
