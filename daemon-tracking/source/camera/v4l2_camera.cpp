@@ -91,7 +91,7 @@ class Camera final : public V4l2Camera {
     if (options_.hotplug != nullptr) {
       plugs_ =
           options_.hotplug->subscribe("video4linux", [this](PlugChange change, const PluggedDevice& device) {
-            if (change == PlugChange::removed) note_unplugged(device.devnode);
+            if (change == PlugChange::removed) note_removed(device.devnode);
             look_again();
           });
     }
@@ -118,13 +118,13 @@ class Camera final : public V4l2Camera {
   void wait(Duration longest);
   void speak(const std::string& problem);
 
-  void note_unplugged(const std::string& node) {
+  void note_removed(const std::string& node) {
     const std::lock_guard lock(mutex_);
-    if (node == node_in_use_) unplugged_ = true;
+    if (node == node_in_use_) removal_told_ = true;
   }
-  bool unplugged() {
+  bool removal_told() {
     const std::lock_guard lock(mutex_);
-    return unplugged_;
+    return std::exchange(removal_told_, false);
   }
 
   const std::uint32_t camera_;
@@ -138,8 +138,8 @@ class Camera final : public V4l2Camera {
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> look_now_ = false;
   std::mutex mutex_;
-  std::string node_in_use_;  ///< Guarded by mutex_.
-  bool unplugged_ = false;   ///< Guarded by mutex_.
+  std::string node_in_use_;    ///< Guarded by mutex_.
+  bool removal_told_ = false;  ///< Guarded by mutex_.
 
   // The thread's own.
   FramePool pool_;
@@ -197,7 +197,7 @@ Status Camera::open() {
     {
       const std::lock_guard lock(mutex_);
       node_in_use_ = node.node;
-      unplugged_ = false;
+      removal_told_ = false;
     }
     Result<std::unique_ptr<V4l2Stream>> stream =
         V4l2Stream::open(system_, node.node, options_.mode, clock_, pool_);
@@ -298,7 +298,9 @@ Status Camera::stream() {
       bell_.silence();
       look_now_ = false;
       if (stopping_) break;
-      if (unplugged()) return make_error(ErrorCode::not_found, "it was unplugged", name_);
+      // The word may be late, and mean the camera that had this number before ours.
+      if (removal_told() && !stream_->alive())
+        return make_error(ErrorCode::not_found, "it was unplugged", name_);
     }
     const TimePoint now = clock_.now();
     if (what[0].revents != 0) {

@@ -211,6 +211,10 @@ Status V4l2Stream::start() {
   return {};
 }
 
+bool V4l2Stream::alive() const {
+  return query_capability(*system_, fd_, node_).ok();
+}
+
 Status V4l2Stream::queue(std::uint32_t index) {
   v4l2_buffer buffer{};
   buffer.index = index;

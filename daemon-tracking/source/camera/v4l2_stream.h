@@ -55,6 +55,9 @@ class V4l2Stream {
   const std::string& compromise() const { return compromise_; }
   const StreamCounters& counters() const { return counters_; }
 
+  /// False once the driver says that the device is gone.
+  bool alive() const;
+
   /// Takes all that is ready and keeps the newest good frame; nullopt when there is none. Errors: not_found
   /// when the camera is gone, io when it broke down. After an error the stream is of no more use.
   Result<std::optional<CapturedFrame>> newest();

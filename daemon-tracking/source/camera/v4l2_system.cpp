@@ -72,6 +72,7 @@ class Kernel final : public V4l2System {
     std::vector<V4l2Node> found;
     const Udev context(udev_new());
     if (!context) return found;
+    const bool udevd_runs = ::access("/run/udev/control", F_OK) == 0;
     const Enumeration all(udev_enumerate_new(context.get()));
     if (!all || udev_enumerate_add_match_subsystem(all.get(), "video4linux") < 0 ||
         udev_enumerate_scan_devices(all.get()) < 0) {
@@ -81,6 +82,8 @@ class Kernel final : public V4l2System {
          entry = udev_list_entry_get_next(entry)) {
       const Device device(udev_device_new_from_syspath(context.get(), udev_list_entry_get_name(entry)));
       if (!device) continue;  // Unplugged while we looked.
+      // udevd has not yet said where it is plugged in; its word comes within milliseconds.
+      if (udevd_runs && udev_device_get_is_initialized(device.get()) == 0) continue;
       V4l2Node node = describe(device.get());
       // Radios, teletext and sub-devices share the subsystem.
       if (std::string_view(node.node).starts_with("/dev/video")) found.push_back(std::move(node));

@@ -203,7 +203,7 @@ TEST_F(CameraT3, TwentyUnplugsAreToldAndSurvived) {
   EXPECT_EQ(system->mapped_count(), 0);
 }
 
-TEST_F(CameraT3, TheMonitorsWordIsEnoughWhereTheDriverSaysNothing) {
+TEST_F(CameraT3, TheMonitorsWordIsLookedIntoWhereTheDriverSaysNothing) {
   options.hotplug = &hotplug;
   system->plug(webcam());
   PluggedDevice device;
@@ -213,6 +213,13 @@ TEST_F(CameraT3, TheMonitorsWordIsEnoughWhereTheDriverSaysNothing) {
   start(real);
   ASSERT_TRUE(inbox.wait_presences(1));
   pass_one(real, 0);
+  // Late word of the camera that had this number before: ours is still there.
+  hotplug.unplug("video4linux", node);
+  pass_one(real, 1);
+  hotplug.plug(device);
+  pass_one(real, 2);
+  EXPECT_EQ(inbox.presences().size(), 1u);
+  system->fail(VIDIOC_QUERYCAP, ENODEV);
   hotplug.unplug("video4linux", other_node);  // Another one's matter.
   hotplug.unplug("video4linux", node);
   ASSERT_TRUE(inbox.wait_presences(2));
