@@ -66,7 +66,30 @@ struct FusedHand {
   std::uint8_t battery_percent = 0;     ///< Of the last report
   std::uint8_t contacts = 0;            ///< Debounced bits as in the glove's report
   bool table_by_contact = false;        ///< The glove's table pad is closed
+  TimePoint table_since;                ///< When that last changed, back-dated like gesture_since
   bool table_by_height = false;         ///< A tracked fingertip is within 5 mm of the table
+};
+
+/// A pen on its tablet (in its own plane: origin at the lower left corner of the active area, x right, y away
+/// from the designer).
+struct FusedPen {
+  bool present = false;
+  bool in_proximity = false;
+  bool eraser = false;
+  Eigen::Vector2d position_m{0, 0};  ///< Out of proximity: where it left
+  double pressure = 0.0;             ///< 0..1
+  Eigen::Vector2d tilt_rad{0, 0};    ///< Leaning to the right, away
+  std::uint32_t buttons = 0;         ///< Bit 0: the first side button
+  TimePoint time;                    ///< The kernel's, of the last event
+};
+
+/// A 3D mouse: -1..1 per axis, world axes as it stands before the designer.
+struct FusedSpaceMouse {
+  bool present = false;
+  Eigen::Vector3d translation{0, 0, 0};
+  Eigen::Vector3d rotation{0, 0, 0};  ///< About the axes, right-handed
+  std::uint32_t buttons = 0;
+  TimePoint time;  ///< Of its last report
 };
 
 struct FusedState {
@@ -75,6 +98,8 @@ struct FusedState {
   std::uint32_t camera = 0;    ///< Whose observation made this snapshot
   FusedHead head;
   FusedHand hand;
+  FusedPen pen;
+  FusedSpaceMouse space_mouse;
 };
 
 }  // namespace handloft::tracking

@@ -7,8 +7,10 @@
 namespace handloft::tracking {
 
 namespace {
-// The presence of devices other than the glove is their sources' business.
+// The presence of cameras is their sources' business.
 constexpr const char* glove_device = "glove";
+constexpr const char* pen_device = "pen";
+constexpr const char* space_mouse_device = "space_mouse";
 }  // namespace
 
 TrackingPipeline::TrackingPipeline(const Rig& rig, const PipelineOptions& options,
@@ -20,6 +22,8 @@ TrackingPipeline::TrackingPipeline(const Rig& rig, const PipelineOptions& option
       hand_(std::move(hand)),
       head_(std::move(head)),
       glove_(options.glove),
+      pen_(options.pen),
+      space_mouse_(options.space_mouse),
       watch_(std::move(watch)) {}
 
 Result<TrackingPipeline> TrackingPipeline::create(const Rig& rig, const PipelineOptions& options) {
@@ -46,6 +50,10 @@ std::optional<FusedState> TrackingPipeline::consume(const Sample& sample) {
   }
   if (const auto* presence = std::get_if<DevicePresence>(&sample)) {
     consume(*presence);
+    return std::nullopt;
+  }
+  if (const auto* bytes = std::get_if<DeviceBytes>(&sample)) {
+    consume(*bytes);
     return std::nullopt;
   }
   const auto* frame = std::get_if<CameraFrame>(&sample);
@@ -80,6 +88,7 @@ std::optional<FusedState> TrackingPipeline::consume(const CameraObservation& obs
   }
   newest_ = std::max(newest_, observation.capture_time);
   glove_.advance(newest_);
+  space_mouse_.advance(newest_);
   FusedState state = state_at(newest_);
   state.sequence = ++sequence_;
   state.camera = observation.camera;
@@ -94,13 +103,43 @@ void TrackingPipeline::consume(const GloveBytes& report) {
   }
 }
 
+void TrackingPipeline::consume(const DeviceBytes& bytes) {
+  Status status;
+  std::uint64_t* refused = nullptr;
+  switch (bytes.kind) {
+    case DeviceData::serial_glove_line:
+      ++health_.glove_reports;
+      refused = &health_.glove_refused;
+      status = glove_.consume(bytes);
+      break;
+    case DeviceData::pen_facts:
+    case DeviceData::pen_events:
+      ++health_.pen_samples;
+      refused = &health_.pen_refused;
+      status = pen_.consume(bytes);
+      break;
+    case DeviceData::space_mouse_report:
+      ++health_.space_mouse_reports;
+      refused = &health_.space_mouse_refused;
+      status = space_mouse_.consume(bytes);
+      break;
+  }
+  if (status) return;
+  if (refused != nullptr) ++*refused;
+  health_.last_error = status.error().describe();
+}
+
 void TrackingPipeline::consume(const DevicePresence& presence) {
-  if (presence.device == glove_device && !presence.present) glove_.device_gone(presence.time);
+  if (presence.present) return;
+  if (presence.device == glove_device) glove_.device_gone(presence.time);
+  if (presence.device == pen_device) pen_.device_gone(presence.time);
+  if (presence.device == space_mouse_device) space_mouse_.device_gone(presence.time);
 }
 
 FusedState TrackingPipeline::tick(TimePoint time) {
   newest_ = std::max(newest_, time);
   glove_.advance(newest_);
+  space_mouse_.advance(newest_);
   FusedState state = state_at(newest_);
   state.sequence = ++sequence_;
   return state;
@@ -113,6 +152,8 @@ FusedState TrackingPipeline::state_at(TimePoint time) const {
   state.head = head_.head_at_time(time, options_.prediction);
   state.hand.tips = hand_.tips_at(time, options_.prediction);
   glove_.describe(state.hand);
+  pen_.describe(state.pen);
+  space_mouse_.describe(state.space_mouse);
   for (const FusedTip& tip : state.hand.tips)
     if (tip.state == TrackingState::tracked || tip.state == TrackingState::single)
       state.hand.table_by_height = state.hand.table_by_height ||
@@ -130,6 +171,8 @@ HeadAt TrackingPipeline::head_at(TimePoint time) const {
 
 PipelineHealth TrackingPipeline::health() const {
   PipelineHealth out = health_;
+  out.glove = glove_.counters();
+  out.pen_overruns = pen_.overruns();
   const auto hand = hand_.counters();
   const auto head = head_.counters();
   out.placements = watch_.placements();

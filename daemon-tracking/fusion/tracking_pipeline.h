@@ -16,6 +16,8 @@
 #include "daemon-tracking/fusion/glove_tracker.h"
 #include "daemon-tracking/fusion/hand_filter.h"
 #include "daemon-tracking/fusion/head_filter.h"
+#include "daemon-tracking/fusion/pen_tracker.h"
+#include "daemon-tracking/fusion/space_mouse_tracker.h"
 #include "daemon-tracking/source/rig.h"
 #include "daemon-tracking/source/sample.h"
 #include "daemon-tracking/vision/camera_tracker.h"
@@ -27,6 +29,8 @@ struct PipelineOptions {
   HandFilterOptions hand;
   HeadFilterOptions head;
   GloveOptions glove;
+  PenOptions pen;
+  SpaceMouseLimits space_mouse;
   CameraWatchOptions watch;
   PredictionLimits prediction;
   double table_height_m = 0.005;  ///< A fingertip's surface this near the table touches it (T10).
@@ -38,6 +42,12 @@ struct PipelineHealth {
   std::uint64_t frames_refused = 0;  ///< Did not decode, wrong size, time not increasing
   std::uint64_t glove_reports = 0;
   std::uint64_t glove_refused = 0;
+  GloveCounters glove;
+  std::uint64_t pen_samples = 0;
+  std::uint64_t pen_refused = 0;
+  std::uint64_t pen_overruns = 0;  ///< The kernel lost events (SYN_DROPPED); the state was read anew
+  std::uint64_t space_mouse_reports = 0;
+  std::uint64_t space_mouse_refused = 0;
   std::uint64_t late_replayed = 0;  ///< Observations put in order by re-running history
   std::uint64_t late_dropped = 0;   ///< Observations older than the history
   std::uint64_t tips_gated = 0;     ///< Blobs refused by the innovation gate
@@ -60,6 +70,7 @@ class TrackingPipeline {
   /// too late.
   std::optional<FusedState> consume(const CameraObservation& observation);
   void consume(const GloveBytes& report);
+  void consume(const DeviceBytes& bytes);
   void consume(const DevicePresence& presence);
 
   /// A snapshot without an observation: a device came or went, or no camera delivers. Carried to `time`, or to
@@ -87,6 +98,8 @@ class TrackingPipeline {
   HandFilter hand_;
   HeadFilter head_;
   GloveTracker glove_;
+  PenTracker pen_;
+  SpaceMouseTracker space_mouse_;
   CameraWatch watch_;
   PipelineHealth health_;
   std::uint64_t sequence_ = 0;

@@ -96,7 +96,10 @@ void fill(const FusedHand& hand, v1::HandState& to) {
   }
   codec::pack_fingertips(tips, to);
   to.set_gesture(to_message(hand));
-  to.set_gesture_since_ns(to_ns(hand.gesture_since));
+  // A hand on the table is a gesture of its own: it begins and ends with the table's pad.
+  const TimePoint since =
+      hand.table_by_contact ? hand.table_since : std::max(hand.gesture_since, hand.table_since);
+  to.set_gesture_since_ns(to_ns(since));
   to.set_pressure(hand.pressure);
   to.set_pressure_raw(hand.raw_force);
   to.set_pressing(hand.pressing);
@@ -107,6 +110,33 @@ void fill(const FusedHand& hand, v1::HandState& to) {
   to.set_table_by_height(hand.table_by_height);
   to.set_glove_present(hand.glove_present);
   to.set_battery_percent(hand.battery_percent);
+}
+
+void fill(const FusedPen& pen, v1::PenState& to) {
+  to.set_present(pen.present);
+  to.set_in_proximity(pen.in_proximity);
+  to.set_eraser(pen.eraser);
+  to.mutable_position()->set_x(pen.position_m.x());
+  to.mutable_position()->set_y(pen.position_m.y());
+  to.set_pressure(pen.pressure);
+  to.mutable_tilt()->set_x(pen.tilt_rad.x());
+  to.mutable_tilt()->set_y(pen.tilt_rad.y());
+  to.set_buttons(pen.buttons);
+  to.set_capture_time_ns(to_ns(pen.time));
+}
+
+void fill(const FusedSpaceMouse& mouse, v1::SpaceMouseState& to) {
+  to.set_present(mouse.present);
+  set(mouse.translation, *to.mutable_translation());
+  set(mouse.rotation, *to.mutable_rotation());
+  to.set_buttons(mouse.buttons);
+  to.set_capture_time_ns(to_ns(mouse.time));
+}
+
+// A device that was never there is left out; one that has gone is told as absent.
+template <typename Device>
+bool was_ever_there(const Device& device) {
+  return device.present || device.time != TimePoint{};
 }
 
 void fill(const ShownFrame& shown, CameraRole role, v1::CameraState& to) {
@@ -164,6 +194,8 @@ void fill_tracking_frame(const FusedState& state, const Rig& rig, const std::vec
   frame.set_source_camera(state.camera);
   fill(state.head, *frame.mutable_head());
   fill(state.hand, *frame.add_hands());
+  if (was_ever_there(state.pen)) fill(state.pen, *frame.mutable_pen());
+  if (was_ever_there(state.space_mouse)) fill(state.space_mouse, *frame.mutable_space_mouse());
   for (const ShownFrame& camera : shown) {
     if (camera.camera == state.camera) fill(camera, rig.cameras.at(camera.camera).role, *frame.add_cameras());
   }

@@ -36,7 +36,7 @@ struct DeviceReport {
 /// Fills `frame` (cleared first; its memory is reused) with what moves: hand, head and the pose of the camera
 /// whose observation made the state. Everything but the publish time and the standing parts.
 /// A hand on the table (T10) is the gesture ON_TABLE whatever its fingers do, when the glove's table pad says
-/// so.
+/// so. Pen and 3D mouse are left out while there never was one.
 void fill_tracking_frame(const FusedState& state, const Rig& rig, const std::vector<ShownFrame>& shown,
                          v1::TrackingFrame& frame);
 

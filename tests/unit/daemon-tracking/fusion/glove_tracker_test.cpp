@@ -174,8 +174,145 @@ TEST(GloveTracker, ABadReportChangesNothing) {
   GloveBytes bad = report(104, 0);
   bad.bytes[14] ^= 0xFF;
   EXPECT_FALSE(glove.consume(bad).ok());
-  EXPECT_FALSE(glove.consume({at(108), {}}).ok());
+  EXPECT_FALSE(glove.consume(GloveBytes{at(108), {}}).ok());
   EXPECT_EQ(hand_of(glove).gesture, Gesture::closed);
+}
+
+GloveBytes stamped(int arrival_us, std::uint32_t device_us, std::uint16_t contacts, std::uint16_t sequence) {
+  GloveReport out;
+  out.contacts = contacts;
+  out.device_time_us = device_us;
+  out.sequence = sequence;
+  const auto bytes = encode_glove_report(out);
+  return {start + std::chrono::microseconds(arrival_us), {bytes.begin(), bytes.end()}};
+}
+
+TEST(GloveTracker, AnEdgeIsTimedByTheGlovesClockNotByArrivalT4) {
+  GloveTracker glove;
+  // 250 Hz; the first two seconds arrive after 0.5 to 3.5 ms, then the report with the edge takes 12 ms.
+  std::uint16_t sequence = 0;
+  int ms = 0;
+  for (; ms < 2000; ms += 4, ++sequence) {
+    const int delay_us = 500 + (ms / 4 * 7919) % 3000;
+    ASSERT_TRUE(
+        glove.consume(stamped(ms * 1000 + delay_us, static_cast<std::uint32_t>(ms) * 1000u, 0, sequence))
+            .ok());
+  }
+  for (const int edge = ms; ms < edge + 100; ms += 4, ++sequence) {
+    const int delay_us = ms == edge ? 12'000 : 12'500 - std::min(12'000, (ms - edge) * 1000);
+    ASSERT_TRUE(
+        glove.consume(stamped(ms * 1000 + delay_us, static_cast<std::uint32_t>(ms) * 1000u, fist, sequence))
+            .ok());
+  }
+  const TimePoint since = hand_of(glove).gesture_since;
+  EXPECT_EQ(hand_of(glove).gesture, Gesture::closed);
+  EXPECT_NEAR(to_seconds(since - at(2000)), 0.0005, 0.0003) << "by arrival it would be 0.012";
+}
+
+TEST(GloveTracker, CountsWhatIsMissingBySequenceOverItsWrap) {
+  GloveTracker glove;
+  for (const std::uint16_t sequence : std::initializer_list<std::uint16_t>{65533, 65534, 65535, 2, 3})
+    ASSERT_TRUE(glove.consume(stamped(sequence, 0, 0, sequence)).ok());
+  EXPECT_EQ(glove.counters().lost, 2u);
+  EXPECT_EQ(glove.counters().reports, 5u);
+  GloveBytes bad = report(50, 0);
+  bad.bytes[20] = 1;
+  EXPECT_FALSE(glove.consume(bad).ok());
+  EXPECT_EQ(glove.counters().refused, 1u);
+}
+
+GloveBytes range_report(const GloveRange& range) {
+  const auto bytes = encode_glove_range(range);
+  return {at(0), {bytes.begin(), bytes.end()}};
+}
+
+TEST(GloveTracker, ACalibratedGlovesOwnRangeCountsBeforeTheOptionsT9) {
+  GloveOptions options;
+  options.force_zero = 100;
+  options.force_full = 300;
+  GloveTracker glove(options);
+  const auto press = [&](int ms, std::uint16_t force) {
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(glove.consume(report(ms + i, 0, force)).ok());
+  };
+  press(0, 200);
+  EXPECT_DOUBLE_EQ(hand_of(glove).pressure, 0.5);
+  ASSERT_TRUE(glove.consume(range_report({0, 1023, 0, 1023, false})).ok());
+  press(10, 200);
+  EXPECT_DOUBLE_EQ(hand_of(glove).pressure, 0.5) << "one that was never calibrated says nothing";
+  ASSERT_TRUE(glove.consume(range_report({150, 250, 412, 612, true})).ok());
+  press(20, 175);
+  EXPECT_DOUBLE_EQ(hand_of(glove).pressure, 0.25);
+  EXPECT_DOUBLE_EQ(hand_of(glove).potentiometer, 0.5);
+  EXPECT_EQ(hand_of(glove).raw_force, 175);
+  // A stall is no other glove; an unplugged one may be.
+  glove.advance(at(900));
+  press(1000, 175);
+  EXPECT_DOUBLE_EQ(hand_of(glove).pressure, 0.25);
+  glove.device_gone(at(1100));
+  press(1200, 200);
+  EXPECT_DOUBLE_EQ(hand_of(glove).pressure, 0.5);
+}
+
+TEST(GloveTracker, TheTablesPadHasItsOwnTimeT10) {
+  GloveTracker glove;
+  for (int ms = 0; ms < 100; ms += 4) ASSERT_TRUE(glove.consume(report(ms, 0)).ok());
+  for (int ms = 100; ms < 200; ms += 4) ASSERT_TRUE(glove.consume(report(ms, contact_table)).ok());
+  EXPECT_TRUE(hand_of(glove).table_by_contact);
+  EXPECT_EQ(hand_of(glove).table_since, at(100));
+  for (int ms = 200; ms < 300; ms += 4) ASSERT_TRUE(glove.consume(report(ms, 0)).ok());
+  EXPECT_FALSE(hand_of(glove).table_by_contact);
+  EXPECT_EQ(hand_of(glove).table_since, at(200));
+}
+
+TEST(GloveTracker, ASilentDeviceStillSettlesByTimeAloneT9) {
+  GloveTracker glove;
+  for (int ms = 0; ms < 100; ms += 4) ASSERT_TRUE(glove.consume(report(ms, fist)).ok());
+  ASSERT_TRUE(glove.consume(report(100, 0)).ok());
+  glove.advance(at(124));
+  EXPECT_EQ(hand_of(glove).contacts, fist);
+  glove.advance(at(125));
+  EXPECT_EQ(hand_of(glove).contacts, 0);
+  EXPECT_EQ(hand_of(glove).gesture, Gesture::open);
+  EXPECT_EQ(hand_of(glove).gesture_since, at(100));
+}
+
+DeviceBytes line(int ms, const std::string& text) {
+  return {at(ms), DeviceData::serial_glove_line, {text.begin(), text.end()}};
+}
+
+TEST(SerialGlove, CurledFingersAreContactsWithHysteresis) {
+  GloveTracker glove;
+  int ms = 0;
+  const auto hold = [&](const std::string& text) {
+    for (const int end = ms + 60; ms < end; ms += 4) ASSERT_TRUE(glove.consume(line(ms, text)).ok()) << text;
+  };
+  hold("A0B0C0D0E0P0");
+  hold("A0B4000C4000D4000E4000P2048G1024");  // Each finger's range is known now.
+  EXPECT_EQ(hand_of(glove).gesture, Gesture::closed);
+  EXPECT_NEAR(hand_of(glove).pressure, 0.5, 0.001);
+  EXPECT_NEAR(hand_of(glove).potentiometer, 0.25, 0.001);
+  hold("A0B2200C4000D4000E4000");  // 55 % of the index finger: it stays.
+  EXPECT_EQ(hand_of(glove).gesture, Gesture::closed);
+  hold("A0B1900C4000D4000E4000");  // 47.5 %
+  EXPECT_EQ(hand_of(glove).gesture, Gesture::pointing);
+  hold("A0B2200C4000D4000E4000");  // 55 % is not enough to close again.
+  EXPECT_EQ(hand_of(glove).gesture, Gesture::pointing);
+  hold("A0B0C0D0E0K");
+  EXPECT_TRUE(hand_of(glove).table_by_contact);
+  hold("A0B0C0D0E0M");
+  EXPECT_DOUBLE_EQ(hand_of(glove).pressure, 1.0) << "pinch is full pressure";
+  EXPECT_FALSE(glove.consume(line(ms, "A0Bx")).ok());
+  EXPECT_EQ(glove.counters().refused, 1u);
+}
+
+TEST(SerialGlove, AFingerThatNeverMovedIsOpen) {
+  SerialGloveMapper mapper;
+  SerialGloveLine still;
+  still.curl[1] = 2047;
+  for (int i = 0; i < 10; ++i) {
+    still.curl[1] = static_cast<std::uint16_t>(2047 + i);  // A converter's noise.
+    EXPECT_EQ(mapper.map(still).contacts, 0);
+  }
 }
 
 }  // namespace
