@@ -57,6 +57,8 @@ class Gesture {
   virtual bool begun() const = 0;
   /// It is complete, though the hand goes on with the like: to be committed now.
   virtual bool done() const { return false; }
+  /// The model refused what the last frame asked for; the gesture goes on as it was before.
+  virtual bool refusing() const { return false; }
   virtual HandActivity activity() const = 0;
   virtual std::string_view name() const = 0;  ///< For messages: "stroke", "push".
 };

@@ -31,6 +31,7 @@ class IconDragGesture final : public Gesture {
   Result<std::optional<model::Submitted>> commit() override;
   void cancel() override { air_.cancel(); }
   bool begun() const override { return air_.operation().has_drag_icon(); }
+  bool refusing() const override { return !refused_.empty(); }
   HandActivity activity() const override;
   std::string_view name() const override { return "drag"; }
 

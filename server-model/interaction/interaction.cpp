@@ -61,6 +61,27 @@ std::vector<IconMark> Interaction::icon_marks() const {
   return marks;
 }
 
+Interaction::Felt Interaction::felt() const {
+  const bool refusing = std::any_of(hands_.begin(), hands_.end(), [](const Hand& hand) {
+    return hand.gesture && hand.gesture->refusing();
+  });
+  return {workbench_.held, workbench_.picked_icon, statistics_.refused, refusing};
+}
+
+// A refusal is the more important news, and two pulses at once would be one.
+void Interaction::feel(const Felt& before, FrameOutcome& outcome) const {
+  const Felt now = felt();
+  const bool taken = !std::ranges::includes(before.held, now.held);
+  const bool selected = now.selected != before.selected && !now.selected.empty();
+  if (now.refused > before.refused || (now.refusing && !before.refusing)) {
+    outcome.pulses.push_back(Pulse::refused);
+  } else if (taken || selected) {
+    outcome.pulses.push_back(Pulse::picked);
+  } else if (!std::ranges::includes(now.held, before.held)) {
+    outcome.pulses.push_back(Pulse::released);
+  }
+}
+
 void Interaction::count(const SpaceMouse::Counts& counts) {
   statistics_.gestures_committed += static_cast<std::uint64_t>(counts.committed);
   statistics_.gestures_cancelled += static_cast<std::uint64_t>(counts.refused);
@@ -97,7 +118,9 @@ FrameOutcome Interaction::on_frame(const v1::TrackingFrame& frame) {
     }
     if (good) {
       last_frame_ = now;
+      const Felt before = felt();
       for (std::size_t i = 0; i < max_hands; ++i) on_hand(hands_[i], samples[i], now, outcome);
+      feel(before, outcome);
       count(space_mouse_.on_frame(*mouse, now, outcome));
     } else {
       ++statistics_.frames_ignored;
@@ -396,14 +419,7 @@ void Interaction::aim(Hand& hand, const HandFrame& frame, FrameOutcome& outcome)
   if (target.empty() && frame.fist_centre && frame.sample.gesture != v1::GESTURE_ON_TABLE) {
     target = hand.near_icon ? hand.near_icon->name.entity : workbench_.selected_shape();
     if (target.empty()) {
-      auto near = workbench_.targets.nearest(workbench_.model.document(), place.value_or(*frame.fist_centre),
-                                             *frame.fist_centre);
-      const auto sculpted = workbench_.icons.nearest_surface(workbench_.model.document(), *frame.fist_centre);
-      if (near && !(sculpted && sculpted->distance_m < near->distance_m)) {
-        target = std::move(near->entity);
-      } else if (sculpted) {
-        target = sculpted->entity;
-      }
+      target = workbench_.nearest_entity(place.value_or(*frame.fist_centre), *frame.fist_centre);
     }
   }
   if (target == hand.target) return;

@@ -21,6 +21,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -149,6 +150,15 @@ class Interaction {
   void aim(Hand& hand, const HandFrame& frame, FrameOutcome& outcome);
   void aim_at_icon(Hand& hand, const HandFrame& frame, FrameOutcome& outcome);
   void count(const SpaceMouse::Counts& counts);
+  /// What hands held, had selected and were refused before a frame, for feel().
+  struct Felt {
+    std::set<IconName> held;
+    IconName selected;
+    std::uint64_t refused = 0;
+    bool refusing = false;
+  };
+  Felt felt() const;
+  void feel(const Felt& before, FrameOutcome& outcome) const;
 
   Workbench workbench_;
   PaletteCommands palette_;

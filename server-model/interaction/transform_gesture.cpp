@@ -21,11 +21,8 @@ Result<Preview> TransformGesture::on_frame(const HandFrame& frame) {
   const auto before = std::exchange(last_, at).value_or(*at);
   if (entity_.empty()) {
     entity_ = workbench_.selected_shape();
-    if (entity_.empty()) {
-      auto near = workbench_.targets.nearest(workbench_.model.document(), before, *at);
-      if (!near) return Preview::same;
-      entity_ = std::move(near->entity);
-    }
+    if (entity_.empty()) entity_ = workbench_.nearest_entity(before, *at);
+    if (entity_.empty()) return Preview::same;
     pivot_ = *at;
     grasped_ = fingertip_positions(frame.sample);
     dial_ = frame.sample.potentiometer;

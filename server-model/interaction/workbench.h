@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "common/base/table_palette.h"
 #include "proto/operation.pb.h"
@@ -72,6 +73,14 @@ struct Workbench {
   model::SculptPtr sculpted() const {
     const IconName icon = selected_icon();
     return model::as_sculpt(model.document().find(icon.empty() ? active_shape() : icon.entity));
+  }
+  /// What hands would act on with nothing selected: the shape or sculpted surface nearest to the way from..to
+  /// that the hand's place has gone since the last frame; empty: none within reach.
+  std::string nearest_entity(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    auto near = targets.nearest(model.document(), from, to);
+    auto sculpted = icons.nearest_surface(model.document(), to);
+    if (near && !(sculpted && sculpted->distance_m < near->distance_m)) return std::move(near->entity);
+    return sculpted ? std::move(sculpted->entity) : std::string();
   }
   /// Its surface follows its points while they change: it is fitted, and points and surface are both shown.
   bool fits_live(const std::string& entity) const {

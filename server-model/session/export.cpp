@@ -183,7 +183,7 @@ exchange::PointCloudExport points_of(const DualShape& shape) {
 
 /// What goes into a CAD file, with the entities behind each member.
 Status write_cad(const Document& document, const Chosen& entities, exchange::Trim trim,
-                 v1::Export::Format format, const fs::path& path) {
+                 v1::Export::Format format, const fs::path& path, std::vector<std::string>& notes) {
   std::vector<exchange::SurfaceExport> surfaces;
   std::vector<exchange::CadFace> faces;
   std::vector<exchange::ModelExport> models;
@@ -205,8 +205,12 @@ Status write_cad(const Document& document, const Chosen& entities, exchange::Tri
     ids["models"].push_back(model->id);
   }
   const exchange::CadContent content{surfaces, faces, models};
-  const Status written =
-      format == v1::Export::IGES ? exchange::write_iges(path, content) : exchange::write_step(path, content);
+  std::vector<exchange::BorderGap> gaps;
+  exchange::StepOptions options;
+  options.on_gap = [&](const exchange::BorderGap& gap) { gaps.push_back(gap); };
+  const Status written = format == v1::Export::IGES ? exchange::write_iges(path, content, options)
+                                                    : exchange::write_step(path, content, options);
+  if (written) note_gaps(document, entities.models, gaps, notes);
   return written ? written : Status(of_request(written.error(), ids));
 }
 
@@ -272,7 +276,7 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
 
   const auto trim = request.untrimmed() ? exchange::Trim::box : exchange::Trim::contour;
   const bool is_cad = *format == v1::Export::STEP || *format == v1::Export::IGES;
-  const Status written = is_cad ? write_cad(document, *entities, trim, *format, *path)
+  const Status written = is_cad ? write_cad(document, *entities, trim, *format, *path, exported.notes)
                                 : write_meshes(document, *entities, trim, *format, *path);
   if (!written) return written.error();
   return exported;

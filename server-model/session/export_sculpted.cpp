@@ -1,9 +1,12 @@
 #include "server-model/session/export_sculpted.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -21,6 +24,10 @@ std::uint32_t number_of_face(std::string_view id) {
   std::uint32_t number = 0;
   if (dash != std::string_view::npos) std::from_chars(id.data() + dash + 1, id.data() + id.size(), number);
   return number;
+}
+
+std::string id_of_face(const std::string& model, std::uint32_t number) {
+  return fmt::format("{}.face-{}", model, number);
 }
 
 SculptPtr face_of(const Document& document, const CadModel& model, const std::string& id) {
@@ -88,6 +95,49 @@ exchange::ModelExport to_cad_model(const Document& document, const CadModel& mod
     }
   }
   return result;
+}
+
+namespace {
+
+/// As people know it: its id if it can be sculpted, and its name if it has one.
+std::string called(const Document& document, const CadModel& model, std::uint32_t number,
+                   const std::string& name) {
+  const std::string id = id_of_face(model.id, number);
+  const SculptPtr face = face_of(document, model, id);
+  std::string text = face ? fmt::format("\"{}\"", id) : fmt::format("face {}", number);
+  const std::string& known = face && face->name != id ? face->name : name;
+  if (!known.empty() && known != "NONE") text += fmt::format(" ({})", known);
+  return text;
+}
+
+}  // namespace
+
+void note_gaps(const Document& document, const std::vector<CadModelPtr>& models,
+               const std::vector<exchange::BorderGap>& gaps, std::vector<std::string>& notes) {
+  constexpr std::size_t most = 16;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const CadModel& model = *models[i];
+    std::vector<exchange::BorderGap> own;
+    std::copy_if(gaps.begin(), gaps.end(), std::back_inserter(own),
+                 [i](const exchange::BorderGap& gap) { return gap.model == i; });
+    std::stable_sort(own.begin(), own.end(), [](const auto& a, const auto& b) { return a.gap_m > b.gap_m; });
+    for (std::size_t k = 0; k < std::min(own.size(), most); ++k) {
+      const exchange::BorderGap& gap = own[k];
+      constexpr double millimetres = 1e3;
+      const std::string face = called(document, model, gap.face, gap.face_name);
+      notes.push_back(
+          gap.face == gap.neighbour
+              ? fmt::format("\"{}\": {} came apart along its seam, by up to {:.3g} mm", model.id, face,
+                            millimetres * gap.gap_m)
+              : fmt::format("\"{}\": {} and {} came apart along their common edge, by up to {:.3g} mm",
+                            model.id, face, called(document, model, gap.neighbour, gap.neighbour_name),
+                            millimetres * gap.gap_m));
+    }
+    if (own.size() > most) {
+      notes.push_back(fmt::format("\"{}\": {} more pairs of faces came apart, by up to {:.3g} mm", model.id,
+                                  own.size() - most, 1e3 * own[most].gap_m));
+    }
+  }
 }
 
 namespace {

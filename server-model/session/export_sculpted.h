@@ -1,6 +1,7 @@
 #pragma once
 // Sculpted surfaces and imported models as the exporters take them: faces for CAD, triangles for the rest.
 
+#include <string>
 #include <vector>
 
 #include "common/base/result.h"
@@ -20,6 +21,11 @@ exchange::CadFace to_cad_face(const SculptShape& shape, exchange::Trim trim);
 
 /// The model with its faces as they are sculpted now, less those that were deleted.
 exchange::ModelExport to_cad_model(const Document& document, const CadModel& model);
+
+/// Tells of neighbours that came apart, the widest gaps first, of each model at most 16. `models` are those
+/// that were exported, in their order.
+void note_gaps(const Document& document, const std::vector<CadModelPtr>& models,
+               const std::vector<exchange::BorderGap>& gaps, std::vector<std::string>& notes);
 
 /// Triangles of the present surface, a tenth of a millimetre from it, or 1/50,000 of its size where that is
 /// more. Errors: as geometry::tessellate().

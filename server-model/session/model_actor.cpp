@@ -92,6 +92,10 @@ void ModelActor::push_frame(v1::TrackingFrame frame) {
   post([this, frame = std::move(frame)] { on_frame(frame); });
 }
 
+void ModelActor::set_feel(std::function<void(const v1::GloveFeedback&)> feel) {
+  post([this, feel = std::move(feel)]() mutable { feel_ = std::move(feel); });
+}
+
 void ModelActor::tracking_lost() {
   post([this] {
     report(interaction_.finish());
@@ -126,6 +130,9 @@ void ModelActor::on_frame(const v1::TrackingFrame& frame) {
     publish_scene();
   report(outcome);
   for (std::size_t i = 0; i < outcome.exports.size(); ++i) export_for_hand();
+  if (feel_) {
+    for (const interaction::Pulse pulse : outcome.pulses) feel_(glove_feedback(pulse));
+  }
   if (interaction_.statistics().frames_ignored == ignored) publish_presence(frame);
   if (frame.end_of_recording() && events_.on_end_of_recording) events_.on_end_of_recording();
 }

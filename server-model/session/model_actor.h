@@ -83,6 +83,9 @@ class ModelActor {
   /// goes as fast as the model and no faster; a live daemon leaves out frames instead. Returns at once after
   /// stop().
   void push_frame(v1::TrackingFrame frame);
+  /// `feel` is told, on the model's thread, what the hand's glove should let it feel: short faint pulses when
+  /// it takes hold of an icon, lets go, or is refused. It must not block. Thread-safe.
+  void set_feel(std::function<void(const v1::GloveFeedback&)> feel);
   /// The daemon is gone: gestures in the air end (Interaction::finish()).
   void tracking_lost();
 
@@ -114,6 +117,7 @@ class ModelActor {
   void in_pool(std::function<void()> work);  ///< To a thread beside it.
 
   ActorEvents events_;
+  std::function<void(const v1::GloveFeedback&)> feel_;  ///< Owned by the model's thread.
   ActorOptions options_;
   const Clock& clock_;
   Logger log_;

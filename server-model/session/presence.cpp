@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -162,6 +163,21 @@ v1::Presence hand_presence(const v1::TrackingFrame& frame, int hand,
     set_vec3(*presence.mutable_symmetry_plane()->mutable_normal(), interaction.symmetry_plane().normal);
   }
   return clean_presence(std::move(presence));
+}
+
+v1::GloveFeedback glove_feedback(interaction::Pulse pulse) {
+  struct Figures {
+    double strength;
+    std::uint32_t duration_ms;
+  };
+  constexpr Figures picked{0.3, 30}, released{0.2, 20}, refused{0.5, 60};
+  const Figures& figures = pulse == interaction::Pulse::picked     ? picked
+                           : pulse == interaction::Pulse::released ? released
+                                                                   : refused;
+  v1::GloveFeedback feedback;
+  feedback.set_vibration(figures.strength);
+  feedback.set_vibration_ms(figures.duration_ms);
+  return feedback;
 }
 
 }  // namespace handloft::session

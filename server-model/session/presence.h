@@ -21,4 +21,8 @@ v1::Presence clean_presence(v1::Presence presence);
 v1::Presence hand_presence(const v1::TrackingFrame& frame, int hand,
                            const interaction::Interaction& interaction);
 
+/// The pulse that the glove gives: faint and 60 ms at the most, so that it is felt and not heard, nor seen in
+/// the fingertips' places. A refusal is the strongest and longest.
+v1::GloveFeedback glove_feedback(interaction::Pulse pulse);
+
 }  // namespace handloft::session

@@ -16,8 +16,8 @@ TrackingLink::TrackingLink(const net::Endpoint& endpoint, ModelActor& actor, con
   net::ClientEvents events;
   events.on_connected = [this](const v1::Welcome& welcome, const net::ClockOffset&) {
     log_.info("tracking by {}", welcome.program());
-    const std::lock_guard lock(mutex_);
-    wants_subscription_ = true;
+    const std::lock_guard lock(line_->mutex);
+    line_->wants_subscription = true;
     subscribe();
   };
   events.on_message = [this, &actor](v1::Envelope& envelope) {
@@ -32,26 +32,36 @@ TrackingLink::TrackingLink(const net::Endpoint& endpoint, ModelActor& actor, con
     actor.tracking_lost();
   };
   auto client = net::MessageClient::start(endpoint, std::move(options), std::move(events), clock, log_);
-  const std::lock_guard lock(mutex_);
-  client_ = std::move(client);
-  subscribe();
+  {
+    const std::lock_guard lock(line_->mutex);
+    line_->client = std::move(client);
+    subscribe();
+  }
+  actor.set_feel([line = line_](const v1::GloveFeedback& feedback) {
+    const std::lock_guard lock(line->mutex);
+    if (!line->client) return;
+    v1::Envelope envelope;
+    *envelope.mutable_glove_feedback() = feedback;
+    // Felt late is worse than not felt: what cannot be sent now is not kept, nor worth a word.
+    static_cast<void>(line->client->send(envelope));
+  });
 }
 
 TrackingLink::~TrackingLink() {
   std::unique_ptr<net::MessageClient> client;
   {
-    const std::lock_guard lock(mutex_);
-    client.swap(client_);
+    const std::lock_guard lock(line_->mutex);
+    client.swap(line_->client);
   }
   // Its destructor waits for callbacks, which may want the lock.
 }
 
 void TrackingLink::subscribe() {
-  if (!client_ || !wants_subscription_) return;
-  wants_subscription_ = false;
+  if (!line_->client || !line_->wants_subscription) return;
+  line_->wants_subscription = false;
   v1::Envelope envelope;
   envelope.mutable_subscribe()->set_delivery(v1::Subscribe::EVERY);
-  if (const Status sent = client_->send(envelope); !sent) {
+  if (const Status sent = line_->client->send(envelope); !sent) {
     log_.warning("cannot subscribe to tracking: {}", sent.error().describe());
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 // The line to handloft-trackd: every frame goes to the model, in order; when the daemon is gone, gestures
-// end, and the link tries again until it is back.
+// end, and the link tries again until it is back. Back goes what the hand should feel of its work
+// (GloveFeedback), while there is a daemon to tell it to.
 
 #include <memory>
 #include <mutex>
@@ -23,12 +24,16 @@ class TrackingLink {
   TrackingLink& operator=(const TrackingLink&) = delete;
 
  private:
+  /// What the model's thread sends by; it may hold it longer than there is a link.
+  struct Line {
+    std::mutex mutex;
+    std::unique_ptr<net::MessageClient> client;
+    bool wants_subscription = false;  ///< Connected before the client's pointer was known.
+  };
   void subscribe();
 
   Logger log_;
-  std::mutex mutex_;
-  bool wants_subscription_ = false;  ///< Connected before the client's pointer was known.
-  std::unique_ptr<net::MessageClient> client_;
+  std::shared_ptr<Line> line_ = std::make_shared<Line>();
 };
 
 }  // namespace handloft::session
