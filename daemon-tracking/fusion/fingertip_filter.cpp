@@ -55,16 +55,21 @@ void FingertipFilter::predict(TimePoint time, const FingertipFilterOptions& opti
     alive_ = false;
 }
 
-std::optional<FingertipFilter::Expected> FingertipFilter::expected(
-    const CameraModel& camera, const Eigen::Isometry3d& world_from_camera) const {
+std::optional<FingertipFilter::Expected> FingertipFilter::expected(const CameraModel& camera,
+                                                                   const Eigen::Isometry3d& world_from_camera,
+                                                                   double delay_s) const {
   const Eigen::Matrix3d camera_from_world = world_from_camera.linear().transpose();
-  const auto projection =
-      camera.project_with_jacobian(camera_from_world * (position() - world_from_camera.translation()));
+  const auto projection = camera.project_with_jacobian(
+      camera_from_world * (position() + delay_s * velocity() - world_from_camera.translation()));
   if (!projection) return std::nullopt;
   Expected out;
   out.pixel = projection->pixel;
   out.jacobian = projection->jacobian * camera_from_world;
-  out.covariance = out.jacobian * covariance_.topLeftCorner<3, 3>() * out.jacobian.transpose();
+  out.delay_s = delay_s;
+  const Eigen::Matrix3d across = delay_s * covariance_.topRightCorner<3, 3>();
+  const Eigen::Matrix3d spread = covariance_.topLeftCorner<3, 3>() + across + across.transpose() +
+                                 delay_s * delay_s * covariance_.bottomRightCorner<3, 3>();
+  out.covariance = out.jacobian * spread * out.jacobian.transpose();
   return out;
 }
 
@@ -72,6 +77,7 @@ double FingertipFilter::update(const Expected& expectation, const Eigen::Vector2
                                const Eigen::Matrix2d& covariance, std::uint32_t camera, TimePoint time) {
   Eigen::Matrix<double, 2, 6> observe = Eigen::Matrix<double, 2, 6>::Zero();
   observe.leftCols<3>() = expectation.jacobian;
+  observe.rightCols<3>() = expectation.delay_s * expectation.jacobian;
   const Eigen::Matrix2d innovation_inverse = (expectation.covariance + covariance).inverse();
   const Eigen::Vector2d innovation = pixel - expectation.pixel;
   const Eigen::Matrix<double, 6, 2> gain = covariance_ * observe.transpose() * innovation_inverse;

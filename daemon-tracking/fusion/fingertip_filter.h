@@ -47,15 +47,17 @@ class FingertipFilter {
   /// Carries the state to `time` (never backwards). Kills the filter when it is no longer finite or sensible.
   void predict(TimePoint time, const FingertipFilterOptions& options);
 
-  /// What a camera would measure now: pixel and innovation covariance without the blob's own. nullopt when
-  /// the point is not in front of the camera.
+  /// What a camera would measure `delay_s` from now (a rolling shutter's row, some milliseconds either way):
+  /// pixel and innovation covariance without the blob's own. nullopt when the point is not in front of the
+  /// camera.
   struct Expected {
     Eigen::Vector2d pixel;
     Eigen::Matrix2d covariance;
-    Eigen::Matrix<double, 2, 3> jacobian;  ///< d pixel / d world position
+    Eigen::Matrix<double, 2, 3> jacobian;  ///< d pixel / d world position, then
+    double delay_s = 0.0;
   };
-  std::optional<Expected> expected(const CameraModel& camera,
-                                   const Eigen::Isometry3d& world_from_camera) const;
+  std::optional<Expected> expected(const CameraModel& camera, const Eigen::Isometry3d& world_from_camera,
+                                   double delay_s = 0.0) const;
 
   /// Updates with a pixel and its covariance (Joseph form). Returns the normalised innovation squared.
   double update(const Expected& expectation, const Eigen::Vector2d& pixel, const Eigen::Matrix2d& covariance,

@@ -23,6 +23,14 @@ constexpr double extrapolation_sigma_px_s = 150.0;
 constexpr double longest_extrapolation_s = 0.035;
 constexpr double nearest_depth_m = 0.05;  // Nearer to a camera no cap is whole in its image
 
+/// What a camera would see of a tip where and when a blob was exposed, if the tip is there at all.
+std::optional<FingertipFilter::Expected> expected_as(const FingertipFilter& tip, const FingertipBlob& blob,
+                                                     const CameraModel& model,
+                                                     const CameraCalibration& calibration) {
+  if (!tip.alive()) return std::nullopt;
+  return tip.expected(model, calibration.world_from_camera, calibration.row_delay_s(blob.centre_px.y()));
+}
+
 }  // namespace
 
 HandFilter::HandFilter(std::vector<Camera> cameras, double tip_radius_m, const HandFilterOptions& options)
@@ -42,7 +50,7 @@ Result<HandFilter> HandFilter::create(const Rig& rig, const HandFilterOptions& o
     if (!calibration.world_from_camera.matrix().allFinite())
       return make_error(ErrorCode::invalid_argument, "found a pose that is not finite",
                         fmt::format("cameras.{}.world_from_camera", calibration.name));
-    cameras.push_back({*model, calibration.world_from_camera, calibration.role});
+    cameras.push_back({*model, calibration});
   }
   if (!std::isfinite(rig.fingertip_radius_m) || rig.fingertip_radius_m < 0.0)
     return make_error(ErrorCode::invalid_argument, "found no length, expected metres",
@@ -54,7 +62,7 @@ Status HandFilter::update(const CameraObservation& observation) {
   if (observation.camera >= cameras_.size())
     return make_error(ErrorCode::not_found, fmt::format("the rig has no camera {}", observation.camera),
                       "camera");
-  if (cameras_[observation.camera].role != CameraRole::table)
+  if (cameras_[observation.camera].calibration.role != CameraRole::table)
     return make_error(ErrorCode::unsupported, "fingertips are taken from table cameras only", "camera");
   Measurement measurement;
   measurement.camera = observation.camera;
@@ -92,7 +100,7 @@ Eigen::Matrix2d HandFilter::blob_covariance(const FingertipFilter& tip, const Fi
       blob.covariance + Eigen::Matrix2d::Identity() * options_.model_sigma_px * options_.model_sigma_px;
   if (!tip.alive()) return covariance;
   // Of a cap that is hidden in part the blob's centre is off towards what shows, in frame after frame.
-  const double depth = (camera.world_from_camera.inverse() * tip.position()).z();
+  const double depth = (camera.calibration.world_from_camera.inverse() * tip.position()).z();
   if (depth < nearest_depth_m) return covariance;
   const double radius_px = camera.model.intrinsics().fx_px * tip_radius_m_ / depth;
   const double share = blob.area_px / (options_.whole_share * std::numbers::pi * radius_px * radius_px);
@@ -125,7 +133,7 @@ void HandFilter::apply(State& state, const Measurement& measurement) const {
       again = false;
       carried = tip;
       carried.predict(measurement.time, options_.tip);
-      expected = carried.alive() ? carried.expected(camera.model, camera.world_from_camera) : std::nullopt;
+      expected = expected_as(carried, blob, camera.model, camera.calibration);
       if (!expected) break;
       covariance = blob_covariance(carried, blob, camera);
       const Eigen::Vector2d innovation = blob.centre_px - expected->pixel;
@@ -171,9 +179,9 @@ void HandFilter::associate(State& state, const Measurement& measurement,
   for (int finger = 0; finger < finger_count; ++finger) {
     FingertipFilter tip = state.tips[static_cast<std::size_t>(finger)];
     tip.predict(measurement.time, options_.tip);
-    const auto expected = tip.alive() ? tip.expected(camera.model, camera.world_from_camera) : std::nullopt;
     for (std::size_t b = 0; b < measurement.blobs.size(); ++b) {
       const FingertipBlob& blob = measurement.blobs[b];
+      const auto expected = expected_as(tip, blob, camera.model, camera.calibration);
       double value = colour_cost(blob, finger);
       if (expected) {
         const Eigen::Matrix2d covariance = expected->covariance + blob_covariance(tip, blob, camera);
@@ -198,10 +206,10 @@ void HandFilter::repair_labels(State& state, const Measurement& measurement,
   const auto distance = [&](std::size_t filter, std::size_t blob_finger) -> std::optional<double> {
     FingertipFilter tip = state.tips[filter];
     tip.predict(measurement.time, options_.tip);
-    if (!tip.alive() || blob_of_finger[blob_finger] < 0) return std::nullopt;
-    const auto expected = tip.expected(camera.model, camera.world_from_camera);
-    if (!expected) return std::nullopt;
+    if (blob_of_finger[blob_finger] < 0) return std::nullopt;
     const FingertipBlob& blob = measurement.blobs[static_cast<std::size_t>(blob_of_finger[blob_finger])];
+    const auto expected = expected_as(tip, blob, camera.model, camera.calibration);
+    if (!expected) return std::nullopt;
     const Eigen::Matrix2d covariance = expected->covariance + blob_covariance(tip, blob, camera);
     const Eigen::Vector2d innovation = blob.centre_px - expected->pixel;
     return 0.5 * innovation.dot(covariance.inverse() * innovation);
@@ -257,8 +265,9 @@ void HandFilter::remember_sights(State& state, const Measurement& measurement,
     const FingertipBlob& blob = measurement.blobs[static_cast<std::size_t>(blob_of_finger[finger])];
     auto& sights = state.sights[finger][measurement.camera];
     sights[1] = sights[0];
+    const double delay_s = cameras_[measurement.camera].calibration.row_delay_s(blob.centre_px.y());
     sights[0] = {
-        true, measurement.time, blob.centre_px,
+        true, measurement.time + from_seconds(delay_s), blob.centre_px,
         blob.covariance + Eigen::Matrix2d::Identity() * options_.model_sigma_px * options_.model_sigma_px};
   }
 }
@@ -266,8 +275,7 @@ void HandFilter::remember_sights(State& state, const Measurement& measurement,
 void HandFilter::place_finger(State& state, int finger, const Measurement& measurement) const {
   const auto& sights = state.sights[static_cast<std::size_t>(finger)];
   const auto recent = [&](const Sight& sight) {
-    return sight.seen && measurement.time - sight.time <= options_.sight_span &&
-           sight.time <= measurement.time;
+    return sight.seen && measurement.time - sight.time <= options_.sight_span;
   };
   // The common time is the newest at which another camera saw the finger; every camera's own track is brought
   // there, between its two sights where it can be.
@@ -283,7 +291,7 @@ void HandFilter::place_finger(State& state, int finger, const Measurement& measu
     const Sight& newest = sights[camera][0];
     const Sight& before = sights[camera][1];
     if (!recent(newest)) continue;
-    PointView view{&cameras_[camera].model, cameras_[camera].world_from_camera, newest.pixel,
+    PointView view{&cameras_[camera].model, cameras_[camera].calibration.world_from_camera, newest.pixel,
                    newest.covariance};
     const double ahead_s = to_seconds(*common - newest.time);
     const bool track =

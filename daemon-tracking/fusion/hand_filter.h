@@ -94,8 +94,7 @@ class HandFilter {
  private:
   struct Camera {
     CameraModel model;
-    Eigen::Isometry3d world_from_camera;
-    CameraRole role;
+    CameraCalibration calibration;
   };
   /// A camera's last sights of a finger in 2D, for placing it before there is a filter.
   struct Sight {

@@ -45,7 +45,7 @@ Result<HeadFilter> HeadFilter::create(const Rig& rig, const HeadFilterOptions& o
     if (!pose.matrix().allFinite())
       return make_error(ErrorCode::invalid_argument, "found a pose that is not finite",
                         fmt::format("cameras.{}", calibration.name));
-    cameras.push_back({*model, calibration.role, pose});
+    cameras.push_back({*model, calibration, pose});
   }
   for (const auto* tags : {&rig.head_tags, &rig.table_tags})
     for (const TagPlacement& tag : *tags)
@@ -60,7 +60,7 @@ Status HeadFilter::update(const CameraObservation& observation) {
     return make_error(ErrorCode::not_found, fmt::format("the rig has no camera {}", observation.camera),
                       "camera");
   const Camera& camera = cameras_[observation.camera];
-  const bool on_table = camera.role == CameraRole::table;
+  const bool on_table = camera.calibration.role == CameraRole::table;
   Measurement measurement;
   measurement.camera = observation.camera;
   measurement.time = observation.capture_time;
@@ -173,43 +173,38 @@ HeadFilter::Correction HeadFilter::correct(State& state, const Measurement& meas
                                            double density_factor) const {
   State next = state;
   predict(next, measurement.time, density_factor);
-  const Matrix6d prior_covariance = next.covariance.topLeftCorner<6, 6>();
-  const PosePrior prior{isometry(next.position, next.orientation), prior_covariance};
   BodyPoseOptions pose_options = options_.pose;
   // Errors that all corners of a view share do not average out: every corner is trusted that much less.
   const double corners = static_cast<double>(measurement.view.corners.size());
   pose_options.corner_sigma_px = std::sqrt(options_.corner_sigma_px * options_.corner_sigma_px +
                                            corners * options_.common_sigma_px * options_.common_sigma_px);
-  const std::array<BodyView, 1> views{measurement.view};
-  // From the prediction alone: the other pose of an ambiguous tag is another minimum and is not gone to.
-  const auto pose = refine_body_pose(views, prior.base_from_body, prior, pose_options);
-  if (!pose || pose->reprojection_rms_px > options_.gate_rms_px) return Correction::refused;
-  Vector6d step;
-  step.head<3>() = pose->base_from_body.translation() - next.position;
-  step.tail<3>() = vector_from_rotation(Eigen::Quaterniond(
-      Eigen::Matrix3d(pose->base_from_body.linear() * next.orientation.toRotationMatrix().transpose())));
-  // Velocities follow by their correlation with the pose; exact for a linear Gaussian model.
-  const Eigen::LDLT<Matrix6d> factor(prior_covariance);
-  const Eigen::Matrix<double, 12, 6> gain =
-      factor.solve(next.covariance.leftCols<6>().transpose()).transpose();
-  const Eigen::Matrix<double, 12, 1> change = gain * step;
-  next.covariance -= gain * (prior_covariance - pose->covariance) * gain.transpose();
-  next.covariance = 0.5 * (next.covariance + next.covariance.transpose()).eval();
-  next.position = pose->base_from_body.translation();
-  next.orientation = Eigen::Quaterniond(pose->base_from_body.linear()).normalized();
-  next.velocity += change.segment<3>(6);
-  next.angular_velocity += change.tail<3>();
+  const CameraCalibration& camera = cameras_[measurement.camera].calibration;
+  std::vector<double> delays_s;
+  delays_s.reserve(measurement.view.corners.size());
+  for (const CornerMeasurement& corner : measurement.view.corners)
+    delays_s.push_back(camera.row_delay_s(corner.pixel.y()));
+  MovingBody prior;
+  prior.base_from_body = isometry(next.position, next.orientation);
+  prior.rate << next.velocity, next.angular_velocity;
+  prior.covariance = next.covariance;
+  const auto fit = correct_moving_body(measurement.view, delays_s, prior, pose_options);
+  if (!fit || fit->reprojection_rms_px > options_.gate_rms_px) return Correction::refused;
+  next.covariance = fit->body.covariance;
+  next.position = fit->body.base_from_body.translation();
+  next.orientation = Eigen::Quaterniond(fit->body.base_from_body.linear()).normalized();
+  next.velocity = fit->body.rate.head<3>();
+  next.angular_velocity = fit->body.rate.tail<3>();
   next.last_update = measurement.time;
   next.seen_ns[measurement.camera] = std::max<std::int64_t>(to_ns(measurement.time), 1);
-  next.rms_px = pose->reprojection_rms_px;
-  next.tags = static_cast<std::uint32_t>(pose->tags);
+  next.rms_px = fit->reprojection_rms_px;
+  next.tags = static_cast<std::uint32_t>(fit->tags);
   if (!next.position.allFinite() || !next.orientation.coeffs().allFinite() || !next.velocity.allFinite() ||
       !next.angular_velocity.allFinite() || !next.covariance.allFinite() ||
       next.covariance.diagonal().minCoeff() <= 0.0)
     return Correction::refused;
   state = next;
   ++state.counters.updates;
-  return step.dot(factor.solve(step)) > options_.jerk_nis ? Correction::surprising : Correction::accepted;
+  return fit->surprise > options_.jerk_nis ? Correction::surprising : Correction::accepted;
 }
 
 FusedHead HeadFilter::head_at_time(TimePoint time, const PredictionLimits& limits) const {

@@ -20,6 +20,7 @@
 #include "daemon-tracking/source/rig.h"
 #include "daemon-tracking/vision/body_pose.h"
 #include "daemon-tracking/vision/camera_model.h"
+#include "daemon-tracking/vision/moving_body.h"
 #include "daemon-tracking/vision/observation.h"
 
 namespace handloft::tracking {
@@ -76,10 +77,9 @@ class HeadFilter {
   void reset();
 
  private:
-  using Matrix12d = Eigen::Matrix<double, 12, 12>;
   struct Camera {
     CameraModel model;
-    CameraRole role;
+    CameraCalibration calibration;
     Eigen::Isometry3d carrier_from_camera;  ///< In the world (table camera) or in the head's frame
   };
   struct Measurement {

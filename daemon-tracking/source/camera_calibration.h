@@ -35,6 +35,14 @@ struct CameraCalibration {
   Eigen::Isometry3d world_from_camera = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d head_from_camera = Eigen::Isometry3d::Identity();
   Duration time_offset{};  ///< Added to a frame's timestamp to get the middle of its exposure (T4).
+  /// From one row's exposure to the next one's (rolling shutter): a frame's time is its middle row's. 0: all
+  /// at once.
+  Duration row_time{};
+
+  /// How much later than the frame a picture's row was exposed, seconds. `y_px` from the top.
+  double row_delay_s(double y_px) const {
+    return (y_px - 0.5 * (intrinsics.height_px - 1)) * to_seconds(row_time);
+  }
 };
 
 }  // namespace handloft::tracking

@@ -14,7 +14,8 @@ constexpr double small_angle_rad = 1e-4;
 constexpr int corner_residuals = 2;
 constexpr int prior_residuals = 6;
 
-/// How exp(v) turns on the left when v changes: exp(v + dv) = exp(J dv) exp(v) (Barfoot 2017, 7.1.5).
+}  // namespace
+
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& rotation_rad) {
   const double angle = rotation_rad.norm();
   const Eigen::Matrix3d cross = skew(rotation_rad);
@@ -23,12 +24,6 @@ Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& rotation_rad) {
   const double second = small ? 1.0 / 6.0 : (angle - std::sin(angle)) / (angle * angle * angle);
   return Eigen::Matrix3d::Identity() + first * cross + second * cross * cross;
 }
-
-/// A corner's image and how it moves with (translation, rotation on the left) of the body.
-struct CornerImage {
-  Eigen::Vector2d pixel;
-  Eigen::Matrix<double, 2, 6> jacobian;
-};
 
 std::optional<CornerImage> image_of(const BodyView& view, const CornerMeasurement& corner,
                                     const Eigen::Isometry3d& base_from_body) {
@@ -51,7 +46,18 @@ std::optional<CornerImage> image_of(const BodyView& view, const CornerMeasuremen
   return CornerImage{projection->pixel, projection->jacobian * camera_from_carrier * motion};
 }
 
-}  // namespace
+RobustError robust_error(const Eigen::Vector2d& error_px, const BodyPoseOptions& options) {
+  const Eigen::Vector2d error = error_px / options.corner_sigma_px;
+  const double sigmas = error.norm();
+  if (!(sigmas > options.huber_sigmas)) return {error, Eigen::Matrix2d::Identity() / options.corner_sigma_px};
+  // How the loss bends the error's length and its direction.
+  const double length = std::sqrt(options.huber_sigmas * (2.0 * sigmas - options.huber_sigmas));
+  const double along = options.huber_sigmas / length, across = length / sigmas;
+  const Eigen::Vector2d direction = error / sigmas;
+  return {across * error,
+          (Eigen::Matrix2d::Identity() * across + (along - across) * direction * direction.transpose()) /
+              options.corner_sigma_px};
+}
 
 Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Vector6d& motion) {
   Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
@@ -111,24 +117,11 @@ bool BodyPoseCost::operator()(const double* motion, double* residuals, double* j
         slope.setZero();
         return false;
       }
-      const Eigen::Vector2d error = (image->pixel - corner.pixel) / options_.corner_sigma_px;
-      const double sigmas = error.norm();
-      double along = 1.0, across = 1.0;  // How the loss bends the error's length and its direction
-      if (sigmas > options_.huber_sigmas) {
-        const double length = std::sqrt(options_.huber_sigmas * (2.0 * sigmas - options_.huber_sigmas));
-        along = options_.huber_sigmas / length;
-        across = length / sigmas;
-      }
-      out.segment<2>(row) = across * error;
+      const RobustError error = robust_error(image->pixel - corner.pixel, options_);
+      out.segment<2>(row) = error.residual;
       if (jacobian != nullptr) {
-        Eigen::Matrix2d bend = Eigen::Matrix2d::Identity() * across;
-        if (sigmas > options_.huber_sigmas) {
-          const Eigen::Vector2d direction = error / sigmas;
-          bend += (along - across) * direction * direction.transpose();
-        }
-        bend /= options_.corner_sigma_px;
-        slope.block<2, 3>(row, 0) = bend * image->jacobian.leftCols<3>();
-        slope.block<2, 3>(row, 3) = bend * image->jacobian.rightCols<3>() * turn;
+        slope.block<2, 3>(row, 0) = error.slope * image->jacobian.leftCols<3>();
+        slope.block<2, 3>(row, 3) = error.slope * image->jacobian.rightCols<3>() * turn;
       }
       row += corner_residuals;
     }

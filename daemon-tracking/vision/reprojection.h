@@ -21,6 +21,27 @@ Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Vector6d& motion);
 std::optional<double> reprojection_rms_px(std::span<const BodyView> views,
                                           const Eigen::Isometry3d& base_from_body);
 
+/// A corner's image and how it moves with (translation, rotation on the left) of the body.
+struct CornerImage {
+  Eigen::Vector2d pixel;
+  Eigen::Matrix<double, 2, 6> jacobian;
+};
+
+/// nullopt when the corner is not in front of the view's camera.
+std::optional<CornerImage> image_of(const BodyView& view, const CornerMeasurement& corner,
+                                    const Eigen::Isometry3d& base_from_body);
+
+/// How exp(v) turns on the left when v changes: exp(v + dv) = exp(J dv) exp(v) (Barfoot 2017, 7.1.5).
+Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& rotation_rad);
+
+/// A corner's error in sigmas, shrunk beyond `huber_sigmas` so that the squares add up to the loss of Huber
+/// (1964), and its slope over the error in pixels.
+struct RobustError {
+  Eigen::Vector2d residual;
+  Eigen::Matrix2d slope;
+};
+RobustError robust_error(const Eigen::Vector2d& error_px, const BodyPoseOptions& options);
+
 /// Two residuals per corner in sigmas, shrunk beyond `huber_sigmas` so that their squares add up to the loss
 /// of Huber (1964), and six of the prior when there is one. The views must outlive it.
 class BodyPoseCost {

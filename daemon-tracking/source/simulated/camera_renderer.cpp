@@ -17,6 +17,8 @@ constexpr double texel_m = 0.0008;
 /// Rays per pixel and axis where tags are seen.
 constexpr int background_rays = 5;
 constexpr int head_tag_rays = 3;
+/// Rows that a rolling shutter is taken to expose at once: 0.2 ms of a webcam's.
+constexpr int shutter_band_rows = 4;
 /// The warp is exact at every so many pixels and linear between: off by less than 0.01 texels.
 constexpr int warp_step = 4;
 constexpr int fixed_bits = 16;
@@ -60,23 +62,41 @@ Isometry3d CameraRenderer::world_from_camera(const Isometry3d& world_from_head) 
                                            : world_from_head * camera_.head_from_camera;
 }
 
+Result<std::vector<std::uint8_t>> CameraRenderer::render(const ExposureAfter& exposure,
+                                                         std::uint64_t noise_key) {
+  return encoder_.encode(draw(exposure, noise_key));
+}
+
 Result<std::vector<std::uint8_t>> CameraRenderer::render(const Exposure& exposure, std::uint64_t noise_key) {
   return encoder_.encode(draw(exposure, noise_key));
 }
 
 const ImagePlanes& CameraRenderer::draw(const Exposure& exposure, std::uint64_t noise_key) {
-  const Isometry3d world_from_eye = world_from_camera(exposure.world_from_head);
-  const Isometry3d camera_from_world = world_from_eye.inverse();
-  if (camera_.role == CameraRole::table) {
-    image_ = background_;
-    draw_head(camera_from_world * exposure.world_from_head);
-  } else {
-    warp_table(world_from_eye);
+  return draw([&](double) { return exposure; }, noise_key);
+}
+
+const ImagePlanes& CameraRenderer::draw(const ExposureAfter& exposure, std::uint64_t noise_key) {
+  if (camera_.role == CameraRole::table) image_ = background_;
+  const int band = options_.row_time_s > 0.0 ? shutter_band_rows : image_.height;
+  for (int begin = 0; begin < image_.height; begin += band) {
+    const Rows rows{begin, std::min(begin + band, image_.height)};
+    const double middle = 0.5 * (rows.begin + rows.end - 1) - 0.5 * (image_.height - 1);
+    draw_rows(exposure(middle * options_.row_time_s), rows);
   }
-  if (exposure.middle.present) draw_hand(exposure, camera_from_world);
   if (options_.brightness != 1.0) scale_brightness();
   noise_.add(image_, noise_key);
   return image_;
+}
+
+void CameraRenderer::draw_rows(const Exposure& exposure, const Rows& rows) {
+  const Isometry3d world_from_eye = world_from_camera(exposure.world_from_head);
+  const Isometry3d camera_from_world = world_from_eye.inverse();
+  if (camera_.role == CameraRole::table) {
+    draw_head(camera_from_world * exposure.world_from_head, rows);
+  } else {
+    warp_table(world_from_eye, rows);
+  }
+  if (exposure.middle.present) draw_hand(exposure, camera_from_world, rows);
 }
 
 void CameraRenderer::draw_background() {
@@ -147,7 +167,7 @@ void CameraRenderer::blur_background() {
   }
 }
 
-void CameraRenderer::warp_table(const Isometry3d& world_from_eye) {
+void CameraRenderer::warp_table(const Isometry3d& world_from_eye, const Rows& rows) {
   // texel (u, v, 1) * w = H * (ray x, ray y, 1): the table's plane z = 0 seen along the ray.
   const Vector3d eye = world_from_eye.translation();
   const Eigen::Matrix3d axes = world_from_eye.linear();
@@ -158,10 +178,11 @@ void CameraRenderer::warp_table(const Isometry3d& world_from_eye) {
   const Eigen::Matrix3f h = homography.cast<float>();
   const float max_u = static_cast<float>(texture_.width - 2), max_v = static_cast<float>(texture_.height - 2);
   const auto room = static_cast<std::uint8_t>(scene_light::room_y);
-  std::memset(image_.cb.data(), static_cast<int>(scene_light::board_cb), image_.cb.size());
-  std::memset(image_.cr.data(), static_cast<int>(scene_light::board_cr), image_.cr.size());
-
   const auto width = static_cast<std::size_t>(image_.width);
+  const auto first_row = static_cast<std::size_t>(rows.begin), end_row = static_cast<std::size_t>(rows.end);
+  const std::size_t chroma_begin = first_row * width / 2, chroma_size = (end_row - first_row) * width / 2;
+  std::memset(image_.cb.data() + chroma_begin, static_cast<int>(scene_light::board_cb), chroma_size);
+  std::memset(image_.cr.data() + chroma_begin, static_cast<int>(scene_light::board_cr), chroma_size);
   const auto texture_width = static_cast<std::size_t>(texture_.width);
   struct Place {
     float u, v;
@@ -177,7 +198,7 @@ void CameraRenderer::warp_table(const Isometry3d& world_from_eye) {
     return {std::clamp(u, 0.0f, max_u), std::clamp(v, 0.0f, max_v), u > 0 && v > 0 && u < max_u && v < max_v};
   };
   constexpr float one = 1 << fixed_bits;
-  for (std::size_t y = 0; y < static_cast<std::size_t>(image_.height); ++y) {
+  for (std::size_t y = first_row; y < end_row; ++y) {
     std::uint8_t* row = image_.y.data() + y * width;
     Place from = place_of(y * width);
     for (std::size_t x = 0; x < width; x += warp_step) {
@@ -214,18 +235,18 @@ void CameraRenderer::warp_table(const Isometry3d& world_from_eye) {
   }
 }
 
-void CameraRenderer::draw_head(const Isometry3d& camera_from_head) {
+void CameraRenderer::draw_head(const Isometry3d& camera_from_head, const Rows& rows) {
   Ball head;
   head.centres_m = {(camera_from_head * head_centre).cast<float>()};
   head.radius_m = head_radius_m;
   head.colour = display_body;
   const Vector3f up = (camera_.world_from_camera.linear().transpose() * Vector3d::UnitZ()).cast<float>();
   painter_.add(std::move(head));
-  painter_.paint(image_, up);
-  for (const HeadTag& tag : head_tags_) draw_tag(tag, camera_from_head);
+  painter_.paint(image_, up, rows);
+  for (const HeadTag& tag : head_tags_) draw_tag(tag, camera_from_head, rows);
 }
 
-void CameraRenderer::draw_tag(const HeadTag& tag, const Isometry3d& camera_from_head) {
+void CameraRenderer::draw_tag(const HeadTag& tag, const Isometry3d& camera_from_head, const Rows& rows) {
   const Isometry3d camera_from_tag = camera_from_head * tag.placement.body_from_tag;
   const Vector3d normal = camera_from_tag.linear().col(2), centre = camera_from_tag.translation();
   if (normal.dot(centre) >= 0) return;  // Its back.
@@ -242,8 +263,8 @@ void CameraRenderer::draw_tag(const HeadTag& tag, const Isometry3d& camera_from_
   }
   const int x0 = std::max(1, static_cast<int>(low_x) - 1),
             x1 = std::min(image_.width - 2, static_cast<int>(high_x) + 1);
-  const int y0 = std::max(1, static_cast<int>(low_y) - 1),
-            y1 = std::min(image_.height - 2, static_cast<int>(high_y) + 1);
+  const int y0 = std::max({1, rows.begin, static_cast<int>(low_y) - 1}),
+            y1 = std::min({image_.height - 2, rows.end - 1, static_cast<int>(high_y) + 1});
   const Eigen::Matrix3d axes = camera_from_tag.linear();
   const double plane = normal.dot(centre);
   const auto width = static_cast<std::size_t>(image_.width);
@@ -279,7 +300,8 @@ void CameraRenderer::draw_tag(const HeadTag& tag, const Isometry3d& camera_from_
   }
 }
 
-void CameraRenderer::draw_hand(const Exposure& exposure, const Isometry3d& camera_from_world) {
+void CameraRenderer::draw_hand(const Exposure& exposure, const Isometry3d& camera_from_world,
+                               const Rows& rows) {
   const auto seen = [&](const Vector3d& world) -> Vector3f {
     return (camera_from_world * world).cast<float>();
   };
@@ -306,7 +328,7 @@ void CameraRenderer::draw_hand(const Exposure& exposure, const Isometry3d& camer
     cap.colour = {static_cast<float>(colour.y), static_cast<float>(colour.cb), static_cast<float>(colour.cr)};
     painter_.add(std::move(cap));
   }
-  painter_.paint(image_, (camera_from_world.linear() * Vector3d::UnitZ()).cast<float>());
+  painter_.paint(image_, (camera_from_world.linear() * Vector3d::UnitZ()).cast<float>(), rows);
 }
 
 void CameraRenderer::scale_brightness() {

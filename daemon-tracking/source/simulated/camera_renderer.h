@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "common/base/result.h"
@@ -28,10 +29,16 @@ class CameraRenderer {
   /// Takes about 0.2 s for a table camera: it draws its background. `camera` indexes rig.cameras.
   CameraRenderer(const Rig& rig, std::size_t camera, const ImageOptions& options);
 
+  /// The scene so many seconds after the frame's time: what a rolling shutter's later rows see.
+  using ExposureAfter = std::function<Exposure(double delay_s)>;
+
   /// The picture as JPEG; `noise_key` makes the noise.
+  Result<std::vector<std::uint8_t>> render(const ExposureAfter& exposure, std::uint64_t noise_key);
   Result<std::vector<std::uint8_t>> render(const Exposure& exposure, std::uint64_t noise_key);
 
-  /// The same before it is compressed. Valid until the next call.
+  /// The same before it is compressed, and of a scene that stands still between rows. Valid until the next
+  /// call.
+  const ImagePlanes& draw(const ExposureAfter& exposure, std::uint64_t noise_key);
   const ImagePlanes& draw(const Exposure& exposure, std::uint64_t noise_key);
 
   Eigen::Isometry3d world_from_camera(const Eigen::Isometry3d& world_from_head) const;
@@ -44,10 +51,11 @@ class CameraRenderer {
   };
   void draw_background();
   void blur_background();
-  void warp_table(const Eigen::Isometry3d& world_from_camera);
-  void draw_head(const Eigen::Isometry3d& camera_from_head);
-  void draw_tag(const HeadTag& tag, const Eigen::Isometry3d& camera_from_head);
-  void draw_hand(const Exposure& exposure, const Eigen::Isometry3d& camera_from_world);
+  void draw_rows(const Exposure& exposure, const Rows& rows);
+  void warp_table(const Eigen::Isometry3d& world_from_camera, const Rows& rows);
+  void draw_head(const Eigen::Isometry3d& camera_from_head, const Rows& rows);
+  void draw_tag(const HeadTag& tag, const Eigen::Isometry3d& camera_from_head, const Rows& rows);
+  void draw_hand(const Exposure& exposure, const Eigen::Isometry3d& camera_from_world, const Rows& rows);
   void scale_brightness();
 
   Rig rig_;

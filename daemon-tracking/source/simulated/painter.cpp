@@ -36,13 +36,15 @@ struct Box {
   int x0, y0, x1, y1;  ///< x0 even, x1 and y1 exclusive, x1 even.
 };
 
-Box clipped(const ImagePlanes& image, float low_x, float low_y, float high_x, float high_y) {
+Box clipped(const ImagePlanes& image, const Rows& rows, float low_x, float low_y, float high_x,
+            float high_y) {
   const auto clamp_to = [](float value, int limit) {
     return static_cast<int>(std::clamp(value, 0.0f, static_cast<float>(limit)));
   };
-  return {clamp_to(std::floor(low_x), image.width) & ~1, clamp_to(std::floor(low_y), image.height),
+  return {clamp_to(std::floor(low_x), image.width) & ~1,
+          std::max(rows.begin, clamp_to(std::floor(low_y), image.height)),
           std::min(image.width, (clamp_to(std::ceil(high_x) + 1, image.width) + 1) & ~1),
-          clamp_to(std::ceil(high_y) + 1, image.height)};
+          std::min(rows.end, clamp_to(std::ceil(high_y) + 1, image.height))};
 }
 
 /// Blends a colour over the box; `cover(x, y)` tells how much of a pixel and how bright.
@@ -91,14 +93,14 @@ void Painter::add(const Limb& limb) {
   limbs_.push_back(limb);
 }
 
-void Painter::paint(ImagePlanes& image, const Vector3f& up) {
+void Painter::paint(ImagePlanes& image, const Vector3f& up, const Rows& rows) {
   std::stable_sort(order_.begin(), order_.end(),
                    [](const Entry& a, const Entry& b) { return a.distance_m > b.distance_m; });
   for (const Entry& entry : order_) {
     if (entry.ball) {
-      paint_ball(image, balls_[entry.index], up);
+      paint_ball(image, balls_[entry.index], up, rows);
     } else {
-      paint_limb(image, limbs_[entry.index]);
+      paint_limb(image, limbs_[entry.index], rows);
     }
   }
   order_.clear();
@@ -106,7 +108,7 @@ void Painter::paint(ImagePlanes& image, const Vector3f& up) {
   limbs_.clear();
 }
 
-void Painter::paint_ball(ImagePlanes& image, const Ball& ball, const Vector3f& up) const {
+void Painter::paint_ball(ImagePlanes& image, const Ball& ball, const Vector3f& up, const Rows& rows) const {
   const CameraIntrinsics& intrinsics = lens_.intrinsics();
   const auto focal_px = static_cast<float>(0.5 * (intrinsics.fx_px + intrinsics.fy_px));
   float low_x = 1e9f, low_y = 1e9f, high_x = -1e9f, high_y = -1e9f;
@@ -125,7 +127,7 @@ void Painter::paint_ball(ImagePlanes& image, const Ball& ball, const Vector3f& u
   const Vector3f middle = ball.centres_m[ball.centres_m.size() / 2];
   const float share = 1.0f / static_cast<float>(ball.centres_m.size());
   const float radius2 = ball.radius_m * ball.radius_m;
-  const Box box = clipped(image, low_x, low_y, high_x, high_y);
+  const Box box = clipped(image, rows, low_x, low_y, high_x, high_y);
   blend_box(image, box, ball.colour, [&](int x, int y) {
     const Vector2f& ray = rays_[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
                                 static_cast<std::size_t>(x)];
@@ -149,7 +151,7 @@ void Painter::paint_ball(ImagePlanes& image, const Ball& ball, const Vector3f& u
   });
 }
 
-void Painter::paint_limb(ImagePlanes& image, const Limb& limb) const {
+void Painter::paint_limb(ImagePlanes& image, const Limb& limb, const Rows& rows) const {
   const auto a_px = lens_.project(limb.a_m.cast<double>());
   const auto b_px = lens_.project(limb.b_m.cast<double>());
   if (!a_px || !b_px) return;
@@ -160,7 +162,7 @@ void Painter::paint_limb(ImagePlanes& image, const Limb& limb) const {
   const float reach = std::max(radius_a, radius_b) + edge_width_px_;
   const float scale = 1.0f / std::max(ab.squaredNorm(), 1e-6f);
   const Box box =
-      clipped(image, std::min(a.x(), a.x() + ab.x()) - reach, std::min(a.y(), a.y() + ab.y()) - reach,
+      clipped(image, rows, std::min(a.x(), a.x() + ab.x()) - reach, std::min(a.y(), a.y() + ab.y()) - reach,
               std::max(a.x(), a.x() + ab.x()) + reach, std::max(a.y(), a.y() + ab.y()) + reach);
   blend_box(image, box, limb.colour, [&](int x, int y) {
     const Vector2f p(static_cast<float>(x) - a.x(), static_cast<float>(y) - a.y());

@@ -31,6 +31,11 @@ struct Limb {
   PaintColour colour;
 };
 
+/// Rows of a picture, the end exclusive: what a rolling shutter exposes at about one time.
+struct Rows {
+  int begin = 0, end = 0;
+};
+
 class Painter {
  public:
   /// `edge_px`: standard deviation of the blur of edges, pixels.
@@ -38,9 +43,9 @@ class Painter {
 
   void add(Ball ball);
   void add(const Limb& limb);
-  /// Paints everything added since the last time, the farthest first. `up`: the light's direction in the
-  /// camera's frame.
-  void paint(ImagePlanes& image, const Eigen::Vector3f& up);
+  /// Paints everything added since the last time, the farthest first, into the rows. `up`: the light's
+  /// direction in the camera's frame.
+  void paint(ImagePlanes& image, const Eigen::Vector3f& up, const Rows& rows);
 
   /// (x, y) of the ray of each pixel, row by row.
   const std::vector<Eigen::Vector2f>& rays() const { return rays_; }
@@ -52,8 +57,8 @@ class Painter {
     bool ball = false;
     std::size_t index = 0;
   };
-  void paint_ball(ImagePlanes& image, const Ball& ball, const Eigen::Vector3f& up) const;
-  void paint_limb(ImagePlanes& image, const Limb& limb) const;
+  void paint_ball(ImagePlanes& image, const Ball& ball, const Eigen::Vector3f& up, const Rows& rows) const;
+  void paint_limb(ImagePlanes& image, const Limb& limb, const Rows& rows) const;
 
   Lens lens_;
   float edge_width_px_;

@@ -93,8 +93,11 @@ class CameraStream final : public SampleStream {
     if (!renderer_) renderer_ = std::make_unique<CameraRenderer>(scene_->rig, camera_, options.image);
     // The exposure as the mean of its thirds, each at its middle.
     const double third_s = options.image.exposure_s / 3;
-    const Exposure exposure{scene_->program.at(time_s - third_s), scene_->program.at(time_s),
-                            scene_->program.at(time_s + third_s), options.head.at(time_s)};
+    const auto exposure = [&](double delay_s) {
+      const double at_s = time_s + delay_s;
+      return Exposure{scene_->program.at(at_s - third_s), scene_->program.at(at_s),
+                      scene_->program.at(at_s + third_s), options.head.at(at_s)};
+    };
     Result<std::vector<std::uint8_t>> jpeg =
         renderer_->render(exposure, hash_bits(options.seed, stream_, frame_));
     if (!jpeg) return std::nullopt;
