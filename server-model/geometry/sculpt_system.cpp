@@ -70,7 +70,7 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
   std::vector<bool> soft;
   std::vector<double> yield;
   for (const SculptRow& row : rows) {
-    soft.push_back(row.tolerance > 0);
+    soft.push_back(row.tolerance > 0 && row.yield == 0);
     yield.push_back(row.yield);
   }
   if (is_prepared_ && rows.size() == prepared_.functionals.size() && soft == prepared_.soft &&
@@ -141,7 +141,7 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
   }
   for (std::size_t i = 0; i < next.factor.dependent().size(); ++i) {
     const std::size_t row = next.row_of[static_cast<std::size_t>(next.factor.dependent()[i])];
-    if (next.dependent.empty() || next.dependent.back().row != row) next.dependent.push_back({row, {}, 0});
+    if (next.dependent.empty() || next.dependent.back().row != row) next.dependent.push_back({row, {}});
     std::vector<std::size_t>& on = next.dependent.back().on;
     for (const Eigen::Index equation : next.factor.combination(i))
       on.push_back(next.row_of[static_cast<std::size_t>(equation)]);
@@ -212,10 +212,7 @@ Result<SculptSystem::Answer> SculptSystem::multipliers(std::span<const SculptRow
   Answer answer{prepared_.factor.solve(values, balance), {}, {}};
   if (prepared_.dependent.empty()) return answer;
   Eigen::VectorXd off = off_rows(answer.multipliers, values, rows.size());
-  const auto take = [&] {
-    for (const DependentRow& row : prepared_.dependent)
-      answer.off.push_back(off[static_cast<Eigen::Index>(row.row)]);
-  };
+  const auto take = [&] { answer.off.assign(off.begin(), off.end()); };
   const auto is_met = [&](const DependentRow& row, double soft_part) {
     const auto i = static_cast<Eigen::Index>(row.row);
     const double tolerance = rows[row.row].tolerance;
@@ -315,7 +312,7 @@ Result<SculptSolution> SculptSystem::solve(std::span<const SculptRow> rows, std:
   SculptSolution solution;
   solution.control = rest_;
   solution.dependent = prepared_.dependent;
-  for (std::size_t i = 0; i < answer->off.size(); ++i) solution.dependent[i].off = answer->off[i];
+  solution.off = std::move(answer->off);
   solution.conflicts = std::move(answer->conflicts);
   std::vector<WeightedColumn> parts;
   for (std::size_t l = 0; l < loads.size(); ++l)

@@ -55,7 +55,6 @@ enum class ConflictPolicy : std::uint8_t {
 struct DependentRow {
   std::size_t row = 0;
   std::vector<std::size_t> on;
-  double off = 0;  ///< How far it is off nevertheless, in its functional's unit.
 };
 /// A row that could not be met, and by how much it is off (in its functional's unit).
 struct SculptConflict {
@@ -68,6 +67,7 @@ struct SculptSolution {
   Eigen::MatrixX3d displacement;          ///< Of the movable ones, ascending, before it is added and rounded.
   std::vector<Vec3> reactions;            ///< The force by which each row acts, on its functional.
   std::vector<DependentRow> dependent;    ///< Ascending.
+  std::vector<double> off;                ///< How far each row is off, in its unit; none where all are kept.
   std::vector<SculptConflict> conflicts;  ///< Ascending; none under ConflictPolicy::refuse.
 };
 
@@ -130,7 +130,7 @@ class SculptSystem {
   struct Answer {
     ConstraintFactor::Multipliers multipliers;
     std::vector<SculptConflict> conflicts;
-    std::vector<double> off;  ///< By dependent row.
+    std::vector<double> off;  ///< By row; none where all are kept.
   };
 
   SculptSystem() = default;

@@ -346,9 +346,9 @@ void note_rows(const geometry::SculptSolution& solution, const Demands& demands,
   }
   // D9: how nearly a curve is followed where it asks for more than there are control points.
   std::vector<double> apart(shape.icons->size(), 0.0);
-  for (const geometry::DependentRow& each : solution.dependent) {
-    double& most = apart[demands.owner[each.row]];
-    most = std::max(most, each.off);
+  for (std::size_t i = 0; i < solution.off.size(); ++i) {
+    double& most = apart[demands.owner[i]];
+    most = std::max(most, solution.off[i]);
   }
   std::vector<double> off(shape.icons->size(), 0.0);
   for (const geometry::SculptConflict& each : solution.conflicts) {
