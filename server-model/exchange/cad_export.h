@@ -3,6 +3,7 @@
 // as cad_import.h read them, with some of their faces changed. Plain values, written by write_step() and
 // write_iges().
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -23,9 +24,11 @@ struct ReplacedFace {
   geometry::BSplineSurface surface;
 };
 
-/// A model with changed faces. All others are written as they were read. A changed face whose border moved by
-/// no more than `border_tolerance_m` keeps its edges, so that closed shells stay closed; another gets edges
-/// of its own, and a solid that is no longer closed by that becomes its shells.
+/// A model with changed faces. All others are written as they were read, with their names and colours. Where
+/// two neighbours moved alike along an edge that they share, or not at all, they share it still, so that
+/// closed shells stay closed: to the bit where neither moved, and otherwise with places that differ by no
+/// more than `border_tolerance_m`. Where they came apart by more, each has edges of its own there: shells are
+/// open or fall apart, and a solid that is no longer closed becomes its shells. BorderGap tells of those.
 struct ModelExport {
   std::string name;
   std::shared_ptr<const std::string> boundary_representation;
@@ -35,6 +38,15 @@ struct ModelExport {
   std::vector<ReplacedFace> replaced;
   std::vector<std::uint32_t> removed;  ///< Faces that are left out.
   double border_tolerance_m = 1e-7;    ///< What STEP readers take for the same place.
+};
+
+/// Two neighbours in an exported model that no longer share their edge.
+struct BorderGap {
+  std::size_t model = 0;  ///< Of CadContent::models.
+  std::uint32_t face = 0,
+                neighbour = 0;  ///< As ImportedFace::number; equal where a face opened its own seam.
+  std::string face_name, neighbour_name;  ///< As the model's file has them; often empty.
+  double gap_m = 0;                       ///< How far their movements along it differ at the most.
 };
 
 struct CadContent {

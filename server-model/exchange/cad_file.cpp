@@ -6,6 +6,7 @@
 #include <span>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "server-model/exchange/atomic_file.h"
 #include "server-model/exchange/occt_face.h"
@@ -17,36 +18,61 @@ namespace handloft::exchange::detail {
 
 namespace {
 
-using Add =
-    std::function<Status(const std::string& name, const TopoDS_Shape& shape, const std::string& field)>;
+using Add = std::function<Status(const NamedShape& shape)>;
 
+/// `make` sets shape and parts of what it is given.
 template <typename Item, typename Make>
 Status add_each(std::span<const Item> items, const char* list, const Make& make, const Add& add) {
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const std::string field = fmt::format("{}[{}]", list, i);
-    const auto shape = make(items[i]);
-    if (!shape.ok()) {
-      Error error = shape.error();
-      error.field = field + (error.field.empty() ? "" : "." + error.field);
+    NamedShape named{items[i].name, {}, fmt::format("{}[{}]", list, i), {}};
+    if (const Status made = make(items[i], i, named); !made) {
+      Error error = made.error();
+      error.field = named.field + (error.field.empty() ? "" : "." + error.field);
       return error;
     }
-    if (Status added = add(items[i].name, *shape, field); !added) return added;
+    if (Status added = add(named); !added) return added;
   }
+  return {};
+}
+
+Status set(NamedShape& named, const Result<TopoDS_Face>& face) {
+  if (!face) return face.error();
+  named.shape = *face;
   return {};
 }
 
 }  // namespace
 
-Status for_each_shape(const CadContent& content, double contour_tolerance, const Add& add) {
+Status for_each_shape(const CadContent& content, const StepOptions& options, const Add& add) {
   Status status = add_each(
       content.surfaces, "surfaces",
-      [&](const SurfaceExport& surface) { return make_face(surface, contour_tolerance); }, add);
+      [&](const SurfaceExport& surface, std::size_t, NamedShape& named) {
+        return set(named, make_face(surface, options.contour_tolerance));
+      },
+      add);
   if (!status) return status;
   const CadPlacement millimetres;
   status = add_each(
-      content.faces, "faces", [&](const CadFace& face) { return make_face(face, millimetres); }, add);
+      content.faces, "faces",
+      [&](const CadFace& face, std::size_t, NamedShape& named) {
+        return set(named, make_face(face, millimetres));
+      },
+      add);
   if (!status) return status;
-  return add_each(content.models, "models", make_model, add);
+  return add_each(
+      content.models, "models",
+      [&](const ModelExport& model, std::size_t index, NamedShape& named) -> Status {
+        auto made = make_model(model);
+        if (!made) return made.error();
+        named.shape = made->shape;
+        named.parts = std::move(made->parts);
+        for (BorderGap& gap : made->gaps) {
+          gap.model = index;
+          if (options.on_gap) options.on_gap(gap);
+        }
+        return {};
+      },
+      add);
 }
 
 Result<std::string> printed(const std::function<bool(std::ostream&)>& print) {

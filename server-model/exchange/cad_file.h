@@ -5,18 +5,26 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "common/base/result.h"
 #include "server-model/exchange/cad_export.h"
+#include "server-model/exchange/cad_labels.h"
 #include "server-model/exchange/step_writer.h"
 
 namespace handloft::exchange::detail {
 
-/// Gives every surface, face and model as a shape in millimetres to `add`, in this order, with its name and
-/// its field ("surfaces[2]", "faces[0]", "models[1]"), below which errors of the shape are named.
-Status for_each_shape(const CadContent& content, double contour_tolerance,
-                      const std::function<Status(const std::string& name, const TopoDS_Shape& shape,
-                                                 const std::string& field)>& add);
+/// What is written of a surface, face or model.
+struct NamedShape {
+  std::string name;
+  TopoDS_Shape shape;  ///< In millimetres.
+  std::string field;   ///< "surfaces[2]", "faces[0]", "models[1]": below it errors of the shape are named.
+  std::vector<LabelledPart> parts;  ///< What a model's file said of its parts.
+};
+
+/// Gives every surface, face and model to `add`, in this order.
+Status for_each_shape(const CadContent& content, const StepOptions& options,
+                      const std::function<Status(const NamedShape& shape)>& add);
 
 /// What `print` writes to a stream, by the classic locale; `print` answers whether it could. Into memory and
 /// not by the library's own file access: so a full disk is our error with its reason.

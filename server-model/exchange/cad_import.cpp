@@ -13,11 +13,12 @@
 #include <TopoDS.hxx>
 #include <TopoDS_Compound.hxx>
 #include <TopoDS_Face.hxx>
-#include <system_error>
 #include <utility>
 
 #include "server-model/exchange/cad_bytes.h"
+#include "server-model/exchange/cad_labels.h"
 #include "server-model/exchange/cad_source.h"
+#include "server-model/exchange/input_file.h"
 #include "server-model/exchange/occt_bspline.h"
 #include "server-model/exchange/occt_loops.h"
 #include "server-model/exchange/occt_session.h"
@@ -125,7 +126,7 @@ Status read_model(XSControl_Reader& reader, const char* what, const fs::path& pa
                   const CadImportOptions& options, ImportedModel& into) {
   const auto whole = detail::read_whole(reader, path, what);
   if (!whole) return whole.error();
-  auto bytes = detail::to_bytes(*whole, options.max_model_bytes);
+  auto bytes = detail::to_bytes({*whole, detail::labels_of(reader, *whole)}, options.max_model_bytes);
   if (!bytes) return bytes.error();
   // Faces are numbered as they will be found when the model is written again.
   const auto kept = detail::from_bytes(*bytes);
@@ -138,15 +139,13 @@ Status read_model(XSControl_Reader& reader, const char* what, const fs::path& pa
   const BRep_Builder builder;
   builder.MakeCompound(rest);
   bool any_rest = false;
-  TopExp_Explorer named(*whole, TopAbs_FACE);
-  for (TopExp_Explorer it(*kept, TopAbs_FACE); it.More(); it.Next()) {
+  const detail::FaceNames names(kept->shape, kept->labels);
+  for (TopExp_Explorer it(kept->shape, TopAbs_FACE); it.More(); it.Next()) {
     if (++into.face_count > options.max_all_faces) {
       return make_error(ErrorCode::resource_exhausted,
                         fmt::format("found more than {} faces", options.max_all_faces), "path");
     }
     const TopoDS_Face face = TopoDS::Face(it.Current());
-    const std::string name = named.More() ? detail::name_of(reader, named.Current()) : std::string();
-    if (named.More()) named.Next();
     const Handle(Geom_Surface) surface = BRep_Tool::Surface(face);
     const Handle(Geom_BSplineSurface) spline =
         surface.IsNull() ? Handle(Geom_BSplineSurface)() : detail::bspline_of(surface);
@@ -162,7 +161,7 @@ Status read_model(XSControl_Reader& reader, const char* what, const fs::path& pa
           return make_error(ErrorCode::resource_exhausted,
                             fmt::format("found more than {} B-spline faces", options.max_faces), "path");
         }
-        found->name = name;
+        found->name = names.of(face);
         into.faces.push_back({static_cast<std::uint32_t>(into.face_count), std::move(*found)});
         continue;
       }
@@ -181,27 +180,10 @@ Status read_model(XSControl_Reader& reader, const char* what, const fs::path& pa
   return any_rest ? tessellate_rest(rest, options, into) : Status();
 }
 
-Status check_file(const fs::path& path, const CadImportOptions& options) {
-  std::error_code failed;
-  const fs::file_status kind = fs::status(path, failed);
-  if (kind.type() == fs::file_type::not_found) {
-    return make_error(ErrorCode::not_found, "there is no such file", "path");
-  }
-  const auto size = kind.type() == fs::file_type::regular ? fs::file_size(path, failed) : 0;
-  if (failed || kind.type() != fs::file_type::regular) {
-    return make_error(ErrorCode::io, failed ? failed.message() : "found something that is not a file",
-                      "path");
-  }
-  if (size > options.max_file_bytes) {
-    return make_error(ErrorCode::resource_exhausted,
-                      fmt::format("found {} bytes, expected at most {}", size, options.max_file_bytes),
-                      "path");
-  }
-  if (!(options.translation.cwiseAbs().maxCoeff() <= options.max_coordinate_m)) {
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found a coordinate beyond {} m", options.max_coordinate_m), "translation");
-  }
-  return {};
+Status check_translation(const CadImportOptions& options) {
+  if (options.translation.cwiseAbs().maxCoeff() <= options.max_coordinate_m) return {};
+  return make_error(ErrorCode::invalid_argument,
+                    fmt::format("found a coordinate beyond {} m", options.max_coordinate_m), "translation");
 }
 
 Result<ImportedModel> import_file(const fs::path& path, const CadImportOptions& options) {
@@ -212,7 +194,8 @@ Result<ImportedModel> import_file(const fs::path& path, const CadImportOptions& 
                                   path.extension().string()),
                       "path");
   }
-  if (Status status = check_file(path, options); !status) return status.error();
+  if (Status file = detail::check_input_file(path, options.max_file_bytes); !file) return file.error();
+  if (Status translation = check_translation(options); !translation) return translation.error();
   ImportedModel model;
   const detail::OcctSession session;
   Status status = detail::guarded("reading the CAD model", [&]() -> Status {

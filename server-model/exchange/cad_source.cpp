@@ -8,8 +8,6 @@
 #include <StepRepr_RepresentationItem.hxx>
 #include <TCollection_AsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
-#include <XSControl_TransferReader.hxx>
-#include <XSControl_WorkSession.hxx>
 
 namespace handloft::exchange::detail {
 
@@ -24,8 +22,7 @@ Result<TopoDS_Shape> read_whole(XSControl_Reader& reader, const std::filesystem:
   return reader.OneShape();
 }
 
-std::string name_of(XSControl_Reader& reader, const TopoDS_Shape& part) {
-  const Handle(Standard_Transient) origin = reader.WS()->TransferReader()->EntityFromShapeResult(part, 1);
+std::string name_of(const Handle(Standard_Transient) & origin) {
   if (const Handle(StepRepr_RepresentationItem) item = Handle(StepRepr_RepresentationItem)::DownCast(origin);
       !item.IsNull()) {
     return item->Name().IsNull() ? "" : item->Name()->ToCString();

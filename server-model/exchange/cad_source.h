@@ -1,6 +1,6 @@
 #pragma once
-// What readers of STEP and IGES files have in common. Not for others than cad_import, reference_cad and
-// step_reader.
+// What readers of STEP and IGES files have in common. Not for others than cad_import, cad_labels,
+// reference_cad and step_reader.
 
 #include <TopoDS_Shape.hxx>
 #include <XSControl_Reader.hxx>
@@ -18,8 +18,8 @@ constexpr double metres_per_millimetre = 1e-3;
 Result<TopoDS_Shape> read_whole(XSControl_Reader& reader, const std::filesystem::path& path,
                                 const char* what);
 
-/// The name that the file gives to a part of what was read: a STEP item's name, an IGES entity's label; empty
-/// when it has none.
-std::string name_of(XSControl_Reader& reader, const TopoDS_Shape& part);
+/// The name that the file gives to what an entity stands for: a STEP item's name, an IGES entity's label;
+/// empty when it has none.
+std::string name_of(const Handle(Standard_Transient) & entity);
 
 }  // namespace handloft::exchange::detail

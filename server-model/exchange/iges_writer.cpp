@@ -10,6 +10,9 @@
 #include <Interface_Static.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TopoDS_Shape.hxx>
+#include <TransferBRep.hxx>
+#include <TransferBRep_ShapeMapper.hxx>
+#include <Transfer_FinderProcess.hxx>
 #include <string>
 #include <string_view>
 
@@ -35,6 +38,23 @@ Handle(TCollection_HAsciiString) text_of(std::string_view text) {
   return new TCollection_HAsciiString(ascii(text).c_str());
 }
 
+Handle(TCollection_HAsciiString) label_of(std::string_view name) {
+  return text_of(ascii(name).substr(0, label_length));
+}
+
+/// The entity that was written for a part; the library knows parts by their orientation too.
+void label_part(const IGESControl_Writer& writer, const TopoDS_Shape& part,
+                const Handle(TCollection_HAsciiString) & label) {
+  const Handle(Transfer_FinderProcess) process = writer.TransferProcess();
+  for (const TopAbs_Orientation orientation : {TopAbs_FORWARD, TopAbs_REVERSED}) {
+    Handle(IGESData_IGESEntity) entity;
+    if (process->FindTypedTransient(TransferBRep::ShapeMapper(process, part.Oriented(orientation)),
+                                    STANDARD_TYPE(IGESData_IGESEntity), entity)) {
+      entity->SetLabel(label);
+    }
+  }
+}
+
 Result<std::string> to_iges(const CadContent& content, const std::string& file_name,
                             const StepOptions& options) {
   Interface_Static::SetCVal("write.iges.unit", "MM");
@@ -42,14 +62,12 @@ Result<std::string> to_iges(const CadContent& content, const std::string& file_n
   constexpr int as_trimmed_surfaces = 0;
   IGESControl_Writer writer("MM", as_trimmed_surfaces);
   const Handle(IGESData_IGESModel) model = writer.Model();
-  const auto add = [&](const std::string& name, const TopoDS_Shape& shape,
-                       const std::string& field) -> Status {
+  const auto add = [&](const detail::NamedShape& named) -> Status {
     const int entities_before = model->NbEntities();
-    if (!writer.AddShape(shape)) {
-      return make_error(ErrorCode::internal, "the CAD kernel didn't translate the shape", field);
+    if (!writer.AddShape(named.shape)) {
+      return make_error(ErrorCode::internal, "the CAD kernel didn't translate the shape", named.field);
     }
-    const Handle(TCollection_HAsciiString) label =
-        text_of(name.empty() ? "surface" : name.substr(0, label_length));
+    const Handle(TCollection_HAsciiString) label = label_of(named.name.empty() ? "surface" : named.name);
     // Of a face that its surface bounds readers look at the surface.
     for (int k = entities_before + 1; k <= model->NbEntities(); ++k) {
       constexpr int trimmed_surface = 144;
@@ -59,10 +77,12 @@ Result<std::string> to_iges(const CadContent& content, const std::string& file_n
         entity->SetLabel(label);
       }
     }
+    for (const auto& [part, said] : named.parts) {
+      if (!said.name.empty()) label_part(writer, part, label_of(said.name));
+    }
     return {};
   };
-  if (Status added = detail::for_each_shape(content, options.contour_tolerance, add); !added)
-    return added.error();
+  if (Status added = detail::for_each_shape(content, options, add); !added) return added.error();
   writer.ComputeModel();
   IGESData_GlobalSection global = model->GlobalSection();
   global.SetFileName(text_of(file_name));

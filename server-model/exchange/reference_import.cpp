@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "server-model/exchange/input_file.h"
 #include "server-model/exchange/raw_triangles.h"
 
 namespace handloft::exchange {
@@ -40,15 +41,7 @@ Status check_options(const ReferenceOptions& options) {
 }
 
 Result<std::vector<std::byte>> read_bounded(const fs::path& path, std::size_t most) {
-  std::error_code failed;
-  const fs::file_status kind = fs::status(path, failed);
-  if (kind.type() == fs::file_type::not_found) {
-    return make_error(ErrorCode::not_found, "there is no such file", "path");
-  }
-  if (failed || kind.type() != fs::file_type::regular) {
-    return make_error(ErrorCode::io, failed ? failed.message() : "found something that is not a file",
-                      "path");
-  }
+  if (Status file = detail::check_input_file(path, most); !file) return file.error();
   std::ifstream stream(path, std::ios::binary | std::ios::ate);
   const auto size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
   if (size < 0) return make_error(ErrorCode::io, "the file cannot be read", "path");
@@ -98,21 +91,7 @@ Error named(Error error, const fs::path& path) {
 
 Result<ImportedReference> import_cad(const fs::path& path, ReferenceFormat format,
                                      const ReferenceOptions& options) {
-  std::error_code failed;
-  const fs::file_status kind = fs::status(path, failed);
-  if (kind.type() == fs::file_type::not_found) {
-    return make_error(ErrorCode::not_found, "there is no such file", "path");
-  }
-  const auto size = kind.type() == fs::file_type::regular ? fs::file_size(path, failed) : 0;
-  if (failed || kind.type() != fs::file_type::regular) {
-    return make_error(ErrorCode::io, failed ? failed.message() : "found something that is not a file",
-                      "path");
-  }
-  if (size > options.max_file_bytes) {
-    return make_error(ErrorCode::resource_exhausted,
-                      fmt::format("found {} bytes, expected at most {}", size, options.max_file_bytes),
-                      "path");
-  }
+  if (Status file = detail::check_input_file(path, options.max_file_bytes); !file) return file.error();
   auto raw = detail::tessellate_cad_file(path, format, options);
   if (!raw) return raw.error();
   return placed(*raw, format, options);

@@ -16,7 +16,10 @@
 #include <Interface_Static.hxx>
 #include <Precision.hxx>
 #include <STEPControl_Reader.hxx>
+#include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
+#include <TopTools_ListOfShape.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Face.hxx>
@@ -24,6 +27,7 @@
 #include <string>
 #include <system_error>
 
+#include "server-model/exchange/cad_labels.h"
 #include "server-model/exchange/cad_source.h"
 #include "server-model/exchange/occt_session.h"
 
@@ -83,6 +87,19 @@ StepFace describe(const TopoDS_Face& shape, const StepReadOptions& options) {
   return face;
 }
 
+std::size_t free_edges_of(const TopoDS_Shape& whole) {
+  TopTools_IndexedDataMapOfShapeListOfShape faces_of;
+  TopExp::MapShapesAndAncestors(whole, TopAbs_EDGE, TopAbs_FACE, faces_of);
+  std::size_t count = 0;
+  for (int i = 1; i <= faces_of.Extent(); ++i) {
+    const TopoDS_Edge edge = TopoDS::Edge(faces_of.FindKey(i));
+    const TopTools_ListOfShape& faces = faces_of(i);
+    // A seam's face stands in the list for both of its sides.
+    if (faces.Extent() == 1 && !BRep_Tool::Degenerated(edge)) ++count;
+  }
+  return count;
+}
+
 Status read(XSControl_Reader& reader, const char* format, const std::filesystem::path& path,
             const StepReadOptions& options, StepContent& content) {
   Interface_Static::SetCVal("xstep.cascade.unit", "MM");
@@ -95,17 +112,19 @@ Status read(XSControl_Reader& reader, const char* format, const std::filesystem:
     return make_error(ErrorCode::data_corrupt, fmt::format("{} has no shape", path.string()), "path");
   }
   content.valid = BRepCheck_Analyzer(whole).IsValid();
+  content.free_edges = free_edges_of(whole);
   for (TopExp_Explorer it(whole, TopAbs_SOLID); it.More(); it.Next()) ++content.solids;
   for (TopExp_Explorer it(whole, TopAbs_SHELL); it.More(); it.Next()) {
     if (BRep_Tool::IsClosed(it.Current())) ++content.closed_shells;
   }
+  const detail::FaceNames names(whole, detail::labels_of(reader, whole));
   for (TopExp_Explorer faces(whole, TopAbs_FACE); faces.More(); faces.Next()) {
     if (content.faces.size() >= options.max_faces) {
       return make_error(ErrorCode::resource_exhausted,
                         fmt::format("{} has more than {} faces", path.string(), options.max_faces), "path");
     }
     content.faces.push_back(describe(TopoDS::Face(faces.Current()), options));
-    content.faces.back().name = detail::name_of(reader, faces.Current());
+    content.faces.back().name = names.of(faces.Current());
   }
   if (content.faces.empty()) {
     return make_error(ErrorCode::data_corrupt, fmt::format("{} has no face", path.string()), "path");

@@ -28,6 +28,7 @@ struct StepContent {
   bool valid = false;  ///< The whole shape is.
   std::size_t solids = 0;
   std::size_t closed_shells = 0;
+  std::size_t free_edges = 0;  ///< That one face alone has, once: 0 means watertight. Poles have no length.
 };
 
 struct StepReadOptions {

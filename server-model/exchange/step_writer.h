@@ -6,6 +6,7 @@
 // Locale-independent; nothing is printed.
 
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 
@@ -21,6 +22,7 @@ struct StepOptions {
   /// Largest distance of the boundary from the superellipse's contour, as a fraction of its size: 1e-7 is 10
   /// nm on a hand-sized part, below STEP readers' usual 1e-7 m.
   double contour_tolerance = 1e-7;
+  std::function<void(const BorderGap& gap)> on_gap;  ///< Told of neighbours in models that came apart.
 };
 
 /// Writes the surfaces to `path`, whole or not at all. Errors: invalid_argument for no surface or one that

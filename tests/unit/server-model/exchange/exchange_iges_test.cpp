@@ -88,7 +88,7 @@ TEST_F(IgesFile, X1_X3_MillimetresTrimmedSurfacesAndLabels) {
   const StepContent content = round_trip({shell(2, 2, "top"), shell(2, 3, "Rückenlehne")});
   ASSERT_EQ(content.faces.size(), 2U);
   EXPECT_EQ(content.faces[0].name, "top");
-  EXPECT_EQ(content.faces[1].name, "R_ckenl");  // Eight bytes of the name, in ASCII.
+  EXPECT_EQ(content.faces[1].name, "R_ckenle");  // Eight characters of the name, in ASCII.
   const std::string file = text();
   EXPECT_NE(file.find("2HMM"), std::string::npos);
   EXPECT_NE(file.find("8HHandloft"), std::string::npos);

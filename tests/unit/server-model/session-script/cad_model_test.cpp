@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepBuilderAPI_Sewing.hxx>
 #include <algorithm>
 #include <fstream>
 #include <memory>
@@ -10,6 +12,7 @@
 #include <vector>
 
 #include "server-model/exchange/cad_import.h"
+#include "server-model/exchange/occt_bspline.h"
 #include "server-model/exchange/step_reader.h"
 #include "server-model/exchange/step_writer.h"
 #include "server-model/model/bspline_message.h"
@@ -19,6 +22,7 @@
 #include "server-model/session/local_target.h"
 #include "server-model/session/resolve_operation.h"
 #include "tests/support/test_data.h"
+#include "tests/unit/server-model/exchange/cad_models.h"
 
 namespace handloft::model {
 namespace {
@@ -203,6 +207,44 @@ TEST_F(CadModels, ExportsFacesAsTheyAreSculptedAndLeavesOutDeletedOnes) {
   EXPECT_TRUE(content.valid);
   ASSERT_EQ(content.faces.size(), 1U);
   for (const Vec3& p : content.faces[0].samples) EXPECT_NEAR(p.z(), 0.02, 1e-12);
+}
+
+// Two sheets that share an edge in the file: lifted alike they share it still, else people are told.
+TEST_F(CadModels, NeighboursThatCameApartAreToldByName) {
+  BRepBuilderAPI_Sewing sewing(1e-6);
+  for (const double x : {0.0, 0.06}) {
+    const auto surface = exchange::detail::to_occt(sheet(x), exchange::detail::CadPlacement{});
+    ASSERT_TRUE(surface.ok());
+    sewing.Add(BRepBuilderAPI_MakeFace(*surface, 1e-7).Face());
+  }
+  sewing.Perform();
+  exchange::test::write_step_file(folder_.path() / "two.step", {sewing.SewedShape()});
+  Document document = imported();
+  const auto lift = [&](const std::string& id, double height) {
+    auto shape = std::make_shared<SculptShape>(*as_sculpt(document.entities.at(id)));
+    BSplineSurface raised = *shape->surface;
+    for (Vec3& p : raised.control) p.z() += height;
+    shape->surface = std::make_shared<const BSplineSurface>(raised);
+    document.entities.insert_or_assign(id, shape);
+  };
+  const auto notes_of = [&] {
+    v1::Export request;
+    request.set_path("out.step");
+    const auto done = export_document(document, request, files_);
+    EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().describe());
+    return done.ok() ? done->notes : std::vector<std::string>{"failed"};
+  };
+  lift("model-1.face-1", 0.02);
+  lift("model-1.face-2", 0.02);
+  EXPECT_TRUE(notes_of().empty());
+  EXPECT_EQ(exchange::read_step(folder_.path() / "out.step")->free_edges, 6U);
+  lift("model-1.face-2", 0.0015);
+  const std::vector<std::string> notes = notes_of();
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0],
+            "\"model-1\": \"model-1.face-1\" and \"model-1.face-2\" came apart along their common "
+            "edge, by up to 1.5 mm");
+  EXPECT_EQ(exchange::read_step(folder_.path() / "out.step")->free_edges, 8U);
 }
 
 TEST_F(CadModels, MeshesOfSurfacesAndModels) {
