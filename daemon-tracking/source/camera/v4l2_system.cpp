@@ -83,7 +83,10 @@ class Kernel final : public V4l2System {
       const Device device(udev_device_new_from_syspath(context.get(), udev_list_entry_get_name(entry)));
       if (!device) continue;  // Unplugged while we looked.
       // udevd has not yet said where it is plugged in; its word comes within milliseconds.
-      if (udevd_runs && udev_device_get_is_initialized(device.get()) == 0) continue;
+      if (udevd_runs && udev_device_get_is_initialized(device.get()) == 0 &&
+          udev_device_get_property_value(device.get(), "ID_PATH") == nullptr) {
+        continue;
+      }
       V4l2Node node = describe(device.get());
       // Radios, teletext and sub-devices share the subsystem.
       if (std::string_view(node.node).starts_with("/dev/video")) found.push_back(std::move(node));

@@ -123,6 +123,36 @@ TEST(FrameDecoder, RefusesWrongAndAbsurdSizes) {
   EXPECT_FALSE(decoder.decode(none, DecodePlanes::luma).ok());
 }
 
+/// Without its DHT segments, as many webcams leave them out of MJPEG.
+std::vector<std::uint8_t> without_huffman_tables(const std::vector<std::uint8_t>& bytes) {
+  std::vector<std::uint8_t> out(bytes.begin(), bytes.begin() + 2);
+  std::size_t at = 2;
+  while (at + 4 <= bytes.size() && bytes[at] == 0xFF && bytes[at + 1] != 0xDA) {
+    const std::size_t length = 2 + (static_cast<std::size_t>(bytes[at + 2]) << 8 | bytes[at + 3]);
+    if (bytes[at + 1] != 0xC4)
+      out.insert(out.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                 bytes.begin() + static_cast<std::ptrdiff_t>(at + length));
+    at += length;
+  }
+  out.insert(out.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes.end());
+  return out;
+}
+
+// T1: the standard's tables stand in for those left out.
+TEST(FrameDecoder, MjpegWithoutHuffmanTables) {
+  const std::vector<std::uint8_t> whole = jpeg();
+  const std::vector<std::uint8_t> bare = without_huffman_tables(whole);
+  ASSERT_LT(bare.size(), whole.size());
+  FrameDecoder first, second;
+  const auto expected = first.decode(frame_of(whole), DecodePlanes::luma_and_chroma);
+  ASSERT_TRUE(expected.ok());
+  for (const DecodePlanes planes : {DecodePlanes::luma, DecodePlanes::luma_and_chroma}) {
+    const auto image = second.decode(frame_of(bare), planes);
+    ASSERT_TRUE(image.ok()) << image.error().describe();
+    EXPECT_EQ((*image)->y.samples, (*expected)->y.samples);
+  }
+}
+
 TEST(FrameDecoder, YuyvAndGreyAreCopied) {
   std::vector<std::uint8_t> yuyv(width * height * 2);
   for (std::size_t i = 0; i < yuyv.size(); i += 4) {
