@@ -13,6 +13,8 @@ namespace {
 constexpr double least_grip = 1e-9;
 /// What a functional leaves of a mode, of the sum of its parts' sizes, below which it is rounding.
 constexpr double mode_noise = 1e-13;
+/// A functional of which pins leave less than this follows from them (ConstraintFactor::dependence).
+constexpr double least_freedom = 1e-11;
 /// Columns taken through the factor together.
 constexpr std::size_t batch = 8;
 
@@ -27,7 +29,10 @@ double SculptColumn::of(const Eigen::Ref<const Eigen::VectorXd>& x) const {
 SculptColumns::SculptColumns(std::unique_ptr<StiffnessSolver> solver,
                              const std::vector<std::uint32_t>& unknowns, std::size_t point_count,
                              Eigen::MatrixXd modes)
-    : solver_(std::move(solver)), place_(point_count, -1), modes_(std::move(modes)) {
+    : solver_(std::move(solver)),
+      pinned_(dynamic_cast<const PinnedSolver*>(solver_.get())),
+      place_(point_count, -1),
+      modes_(std::move(modes)) {
   for (std::size_t i = 0; i < unknowns.size(); ++i) place_[unknowns[i]] = static_cast<Eigen::Index>(i);
 }
 
@@ -55,7 +60,10 @@ Result<SculptColumn> SculptColumns::localise(const SurfaceFunctional& functional
   }
   if (!std::isfinite(column.magnitude))
     return make_error(ErrorCode::invalid_argument, "found numbers beyond those of a functional");
-  if (!(grip > least_grip * column.magnitude)) {
+  // What pins hold alone is left to them: its answer would be nothing but the iteration's error.
+  column.follows_pins =
+      pinned_ != nullptr && !column.at.empty() && pinned_->freedom(column.at, column.value) <= least_freedom;
+  if (!(grip > least_grip * column.magnitude) && !column.follows_pins) {
     column.at.clear();
     column.value.clear();
   }
@@ -77,15 +85,20 @@ Status SculptColumns::make_room(std::size_t columns) {
   const std::size_t one = static_cast<std::size_t>(size()) * sizeof(double);
   std::size_t in_use = columns;
   for (const auto& [key, kept] : kept_) in_use += kept.used == now_ ? 1 : 0;
+  for (const auto& [key, kept] : fields_) in_use += kept.used == now_ ? 1 : 0;
   if (in_use * one > max_bytes)
     return make_error(ErrorCode::resource_exhausted,
                       fmt::format("found {} functionals of {} control points, expected at most {}", in_use,
                                   size(), max_bytes / one),
                       "rows");
-  while ((kept_.size() + columns) * one > max_bytes) {
-    const auto oldest = std::min_element(kept_.begin(), kept_.end(), [](const auto& a, const auto& b) {
-      return a.second.used < b.second.used;
-    });
+  const auto older = [](const auto& a, const auto& b) { return a.second.used < b.second.used; };
+  while ((kept_.size() + fields_.size() + columns) * one > max_bytes) {
+    const auto field = std::min_element(fields_.begin(), fields_.end(), older);
+    if (field != fields_.end() && field->second.used < now_) {
+      fields_.erase(field);
+      continue;
+    }
+    const auto oldest = std::min_element(kept_.begin(), kept_.end(), older);
     kept_.erase(oldest);
   }
   return {};
@@ -122,10 +135,11 @@ Result<std::vector<std::shared_ptr<const SculptColumn>>> SculptColumns::get(
   for (auto next = missing.begin(); next != missing.end();) {
     std::vector<SculptColumn*> together;
     for (; next != missing.end() && together.size() < batch; ++next) {
-      next->second->response = Eigen::VectorXd::Zero(next->second->at.empty() ? size() : 0);
-      if (!next->second->at.empty()) together.push_back(next->second.get());
+      const bool still = next->second->at.empty() || next->second->follows_pins;
+      next->second->response = Eigen::VectorXd::Zero(still ? size() : 0);
+      if (!still) together.push_back(next->second.get());
     }
-    if (together.empty()) break;
+    if (together.empty()) continue;
     Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(size(), static_cast<Eigen::Index>(together.size()));
     for (std::size_t c = 0; c < together.size(); ++c)
       for (std::size_t i = 0; i < together[c]->at.size(); ++i)
@@ -138,6 +152,29 @@ Result<std::vector<std::shared_ptr<const SculptColumn>>> SculptColumns::get(
   }
   for (auto& [key, column] : missing) kept_[key] = {std::move(column), now_};
   return columns;
+}
+
+Result<std::vector<std::shared_ptr<const Eigen::VectorXd>>> SculptColumns::follow(
+    const std::vector<const std::vector<double>*>& fields) {
+  std::vector<std::shared_ptr<const Eigen::VectorXd>> responses;
+  for (const std::vector<double>* field : fields) {
+    auto known = fields_.find(*field);
+    if (known == fields_.end()) {
+      if (const Status status = make_room(1); !status) return status.error();
+      const Eigen::Map<const Eigen::VectorXd> values(field->data(), static_cast<Eigen::Index>(field->size()));
+      Result<Eigen::MatrixXd> response = pinned_->follow(values);
+      if (!response) return response.error();
+      ++solved_;
+      // What the pins leave open moves by the least.
+      if (modes_.cols() > 0) response->col(0) -= modes_ * (modes_.transpose() * response->col(0));
+      known =
+          fields_.emplace(*field, KeptField{std::make_shared<const Eigen::VectorXd>(response->col(0)), now_})
+              .first;
+    }
+    known->second.used = now_;
+    responses.push_back(known->second.response);
+  }
+  return responses;
 }
 
 }  // namespace handloft::geometry

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -53,6 +54,38 @@ std::vector<std::uint32_t> among(const std::vector<std::uint32_t>& unknowns,
   return points;
 }
 
+/// Modes whose motion of the pins is, squared, below this part of the largest are left to others.
+constexpr double least_pinned = 1e-12;
+
+/// What pins leave of the free modes: combinations that move no pin, orthonormal.
+Eigen::MatrixXd loose_modes(const Eigen::MatrixXd& modes, const std::vector<std::uint32_t>& unknowns,
+                            const StiffnessPins& pins) {
+  if (modes.cols() == 0) return modes;
+  const auto row_of = [&](std::uint32_t point) {
+    return std::lower_bound(unknowns.begin(), unknowns.end(), point) - unknowns.begin();
+  };
+  Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(modes.cols(), modes.cols());  // Gram matrix of pins' motions.
+  const auto add = [&](const Eigen::RowVectorXd& motion) { moved += motion.transpose() * motion; };
+  const auto count = static_cast<Eigen::Index>(unknowns.size());
+  for (const std::uint32_t point : pins.points)
+    if (const auto row = row_of(point); row < count && unknowns[static_cast<std::size_t>(row)] == point)
+      add(modes.row(row));
+  for (const SurfaceFunctional& pin : pins.rows) {
+    Eigen::RowVectorXd motion = Eigen::RowVectorXd::Zero(modes.cols());
+    for (std::size_t i = 0; i < pin.point.size() && i < pin.value.size(); ++i)
+      if (const auto row = row_of(pin.point[i]);
+          row < count && unknowns[static_cast<std::size_t>(row)] == pin.point[i])
+        motion += pin.value[i] * modes.row(row);
+    add(motion);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(moved);
+  const double largest = eigen.eigenvalues()[modes.cols() - 1];
+  Eigen::Index loose = 0;
+  while (loose < modes.cols() && !(eigen.eigenvalues()[loose] > least_pinned * largest))
+    ++loose;
+  return modes * eigen.eigenvectors().leftCols(loose);
+}
+
 }  // namespace
 
 Result<SculptSystem> SculptSystem::create(const BSplineSurface& rest, const SculptSetup& setup,
@@ -77,10 +110,24 @@ Result<SculptSystem> SculptSystem::create(const BSplineSurface& rest, const Scul
   problem.ground_stiffness =
       (energy.b11 + 2 * energy.b12 + energy.b22) / (scaled.u.length() * scaled.v.length()) + energy.a11 +
       energy.a22;
+  const StiffnessProduct product(scaled.u, scaled.v, setup.energy);
+  if (!setup.pins.empty()) {
+    modes = loose_modes(modes, movable, setup.pins);
+    const std::vector<std::uint32_t> tied = among(movable, tie_points(modes));
+    problem.grounded.insert(problem.grounded.end(), tied.begin(), tied.end());
+    std::sort(problem.grounded.begin(), problem.grounded.end());
+    problem.grounded.erase(std::unique(problem.grounded.begin(), problem.grounded.end()),
+                           problem.grounded.end());
+    Result<std::unique_ptr<PinnedSolver>> pinned = make_pinned_solver(problem, setup.pins, tied, iteration);
+    if (!pinned) return pinned.error();
+    Result<SculptSystem> system =
+        finish(rest.control, setup.mode, std::move(movable), std::move(*pinned), std::move(modes), product);
+    if (system) system->pin_count_ = setup.pins.size();
+    return system;
+  }
   Result<std::unique_ptr<StiffnessSolver>> solver = make_stiffness_solver(problem, iteration);
   if (!solver) return solver.error();
-  return finish(rest.control, setup.mode, std::move(movable), std::move(*solver), std::move(modes),
-                StiffnessProduct(scaled.u, scaled.v, setup.energy));
+  return finish(rest.control, setup.mode, std::move(movable), std::move(*solver), std::move(modes), product);
 }
 
 Result<SculptSystem> SculptSystem::create(const BSplineCurve& rest, const CurveSculptSetup& setup) {
@@ -190,6 +237,12 @@ SculptResidual SculptSystem::residual(std::span<const SculptRow> rows, std::span
     const Eigen::VectorXd inner = product_(moved);
     for (Eigen::Index i = 0; i < n; ++i)
       out_of_balance(i, axis) += inner[unknowns_[static_cast<std::size_t>(i)]];
+  }
+  if (columns_.pinned() != nullptr) {
+    Eigen::MatrixXd left = out_of_balance;
+    columns_.pinned()->release(left);
+    holding += Eigen::MatrixX3d(out_of_balance - left);
+    out_of_balance = left;
   }
   // Where there are no forces but rounding's (a body that moves as a whole), of what K could make of it.
   const double all = force.norm() + holding.norm();

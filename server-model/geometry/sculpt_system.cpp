@@ -102,8 +102,10 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
   Eigen::MatrixXd b(m, modes);
   for (Eigen::Index j = 0; j < m; ++j) {
     const SculptColumn& column = *next.columns[static_cast<std::size_t>(j)];
-    for (Eigen::Index i = 0; i < m; ++i)
-      s(i, j) = next.columns[static_cast<std::size_t>(i)]->of(column.response);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const SculptColumn& row = *next.columns[static_cast<std::size_t>(i)];
+      s(i, j) = row.follows_pins ? 0.0 : row.of(column.response);
+    }
     s(j, j) += next.yield[static_cast<std::size_t>(j)];
     if (modes > 0) b.row(j) = column.modes;
   }
@@ -163,8 +165,8 @@ Vec3 SculptSystem::rest_value(const SurfaceFunctional& functional) const {
 // With `at_rest` the rows hold the displacement at zero, whatever their targets, and the loads are alone.
 Result<SculptSystem::Answer> SculptSystem::multipliers(std::span<const SculptRow> rows,
                                                        std::span<const SculptLoad> loads,
-                                                       const Columns& load_columns, bool at_rest,
-                                                       ConflictPolicy policy) {
+                                                       const Columns& load_columns, const Moves& moves,
+                                                       bool at_rest, ConflictPolicy policy) {
   const auto m = static_cast<Eigen::Index>(rows.size());
   const Eigen::Index modes = columns_.modes().cols();
   Eigen::MatrixX3d wanted(m, 3);
@@ -180,6 +182,7 @@ Result<SculptSystem::Answer> SculptSystem::multipliers(std::span<const SculptRow
       scale[i] += row.target.norm() + rest.norm();
       if (own_response_.rows() > 0)
         for (Eigen::Index axis = 0; axis < 3; ++axis) open[axis] -= column.of(own_response_.col(axis));
+      for (const auto& [response, amount] : moves) open -= column.of(*response) * amount;
     }
     for (std::size_t l = 0; l < loads.size(); ++l)
       open -= column.of(load_columns[l]->response) * loads[l].force;
@@ -299,6 +302,31 @@ Eigen::MatrixX3d SculptSystem::mode_amounts(const Answer& answer) const {
 
 Result<SculptSolution> SculptSystem::solve(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
                                            ConflictPolicy policy) {
+  return solve(rows, loads, {}, policy);
+}
+
+Result<SculptSystem::Moves> SculptSystem::moves_of(std::span<const SculptField> fields) {
+  Moves moves;
+  std::vector<const std::vector<double>*> weights;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (fields[i].weight.size() != pin_count_)
+      return make_error(ErrorCode::invalid_argument,
+                        fmt::format("found {} weights, expected {}", fields[i].weight.size(), pin_count_),
+                        fmt::format("fields[{}].weight", i));
+    if (!fields[i].amount.allFinite()) return not_finite("fields", i, "amount");
+    if (fields[i].amount.isZero(0)) continue;
+    weights.push_back(&fields[i].weight);
+    moves.emplace_back(nullptr, fields[i].amount);
+  }
+  if (weights.empty()) return moves;
+  auto responses = columns_.follow(weights);
+  if (!responses) return responses.error();
+  for (std::size_t i = 0; i < moves.size(); ++i) moves[i].first = std::move((*responses)[i]);
+  return moves;
+}
+
+Result<SculptSolution> SculptSystem::solve(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
+                                           std::span<const SculptField> fields, ConflictPolicy policy) {
   if (const Status status = check_rows(rows); !status) return status.error();
   if (const Status status = check_loads(loads); !status) return status.error();
   if (const Status status = prepare(rows); !status) return status.error();
@@ -306,7 +334,10 @@ Result<SculptSolution> SculptSystem::solve(std::span<const SculptRow> rows, std:
   for (const SculptLoad& load : loads) functionals.push_back(&load.functional);
   const Result<Columns> load_columns = columns_.get(functionals, "loads");
   if (!load_columns) return load_columns.error();
-  Result<Answer> answer = multipliers(rows, loads, *load_columns, false, policy);
+  const Result<Moves> found_moves = moves_of(fields);
+  if (!found_moves) return found_moves.error();
+  const Moves& moves = *found_moves;
+  Result<Answer> answer = multipliers(rows, loads, *load_columns, moves, false, policy);
   if (!answer) return answer.error();
 
   SculptSolution solution;
@@ -315,6 +346,7 @@ Result<SculptSolution> SculptSystem::solve(std::span<const SculptRow> rows, std:
   solution.off = std::move(answer->off);
   solution.conflicts = std::move(answer->conflicts);
   std::vector<WeightedColumn> parts;
+  for (const auto& [response, amount] : moves) parts.push_back({response->data(), amount});
   for (std::size_t l = 0; l < loads.size(); ++l)
     parts.push_back({(*load_columns)[l]->response.data(), loads[l].force});
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -344,7 +376,8 @@ Result<double> SculptSystem::compliance(std::span<const SculptRow> rows, std::sp
   for (const SculptLoad& load : loads) functionals.push_back(&load.functional);
   const Result<Columns> load_columns = columns_.get(functionals, "loads");
   if (!load_columns) return load_columns.error();
-  const Result<Answer> answer = multipliers(rows, loads, *load_columns, true, ConflictPolicy::least_squares);
+  const Result<Answer> answer =
+      multipliers(rows, loads, *load_columns, {}, true, ConflictPolicy::least_squares);
   if (!answer) return answer.error();
   const Eigen::MatrixX3d amounts = mode_amounts(*answer);
   double work = 0;

@@ -37,6 +37,16 @@ struct SculptSetup {
   SculptSupports supports;
   SculptMode mode = SculptMode::displacement;
   std::vector<std::uint32_t> held;  ///< Further control points that stay, ascending: points_outside().
+  /// Curves and regions of surfaces too large to keep the answer to each of their rows: they are held by the
+  /// solver itself, by iteration whatever the size (stiffness_pins.h), and moved by SculptField.
+  StiffnessPins pins;
+};
+
+/// A way in which the pins move together: by weight[i] * amount each, beyond their places at rest. While the
+/// weights stay the same, it costs what a row does.
+struct SculptField {
+  std::vector<double> weight;  ///< By pin, points first.
+  Vec3 amount = Vec3::Zero();
 };
 
 /// Of curves: E = integral alpha |w_u|^2 + beta |w_uu|^2 (D1).
@@ -95,6 +105,14 @@ class SculptSystem {
   /// supports open, it moves by the least that they demand.
   Result<SculptSolution> solve(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
                                ConflictPolicy policy);
+  /// The same with the pins moved. Pins that follow from others go where those take them; how far that is
+  /// from where they are to be is for the caller to see. Errors: also invalid_argument, naming fields[i].
+  Result<SculptSolution> solve(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
+                               std::span<const SculptField> fields, ConflictPolicy policy);
+  /// Pins that follow from others or from what is held, ascending.
+  std::vector<std::size_t> dependent_pins() const {
+    return columns_.pinned() == nullptr ? std::vector<std::size_t>{} : columns_.pinned()->dependent();
+  }
 
   /// The work that these loads do, as they come, on a surface held by these rows: f^T K_c^-1 f. Of a unit
   /// force g with dy = g f along it, of a unit moment the same for turning; see matching_stiffness() (D16).
@@ -113,6 +131,8 @@ class SculptSystem {
  private:
   using Product = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
   using Columns = std::vector<std::shared_ptr<const SculptColumn>>;
+  /// Fields of pins: their answers and amounts.
+  using Moves = std::vector<std::pair<std::shared_ptr<const Eigen::VectorXd>, Vec3>>;
 
   /// What stays the same while only targets and forces change.
   struct Prepared {
@@ -142,9 +162,11 @@ class SculptSystem {
   Status check_loads(std::span<const SculptLoad> loads) const;
   Status prepare(std::span<const SculptRow> rows);
   Result<Answer> multipliers(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
-                             const Columns& load_columns, bool at_rest, ConflictPolicy policy);
+                             const Columns& load_columns, const Moves& moves, bool at_rest,
+                             ConflictPolicy policy);
   Eigen::VectorXd off_rows(const ConstraintFactor::Multipliers& multipliers, const Eigen::MatrixXd& values,
                            std::size_t row_count) const;
+  Result<Moves> moves_of(std::span<const SculptField> fields);
   Vec3 reaction(const Answer& answer, std::size_t row) const;
   Eigen::MatrixX3d mode_amounts(const Answer& answer) const;
   Vec3 rest_value(const SurfaceFunctional& functional) const;
@@ -152,6 +174,7 @@ class SculptSystem {
   std::vector<Vec3> rest_;
   double extent_m_ = 1;  // The diagonal of the rest shape's box.
   double stiffness_norm_ = 0;
+  std::size_t pin_count_ = 0;
   std::vector<std::uint32_t> unknowns_;
   Product product_;
   SculptColumns columns_;

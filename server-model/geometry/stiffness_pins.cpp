@@ -174,9 +174,12 @@ Status ProjectedSolver::pin(const StiffnessProblem& problem, const StiffnessPins
         fmt::format("found {} places on curves and along borders of regions, expected at most {}", c_.size(),
                     max_pins),
         "pins");
+  std::vector<bool> soft;  // A curve has more places than the surface can meet.
+  soft.reserve(c_.size());
+  for (const std::size_t pin : pin_of_) soft.push_back(pin >= pins.points.size());
   modes_ = preconditioner_.rows(c_);
   factor_ = ConstraintFactor(preconditioner_.gram(modes_, options_.parallel),
-                             Eigen::MatrixXd(static_cast<Eigen::Index>(c_.size()), 0));
+                             Eigen::MatrixXd(static_cast<Eigen::Index>(c_.size()), 0), std::move(soft));
   for (const Eigen::Index row : factor_.dependent())
     dependent_.push_back(pin_of_[static_cast<std::size_t>(row)]);
   std::sort(dependent_.begin(), dependent_.end());

@@ -1,11 +1,12 @@
 #include "server-model/model/sculpt_solve.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
-#include <regex>
 #include <utility>
 
 #include "server-model/geometry/falloff.h"
@@ -14,6 +15,7 @@
 #include "server-model/geometry/sculpt_spring.h"
 #include "server-model/geometry/sculpt_system.h"
 #include "server-model/model/sculpt_border.h"
+#include "server-model/model/sculpt_pins.h"
 #include "server-model/model/sculpt_solvers.h"
 
 namespace handloft::model {
@@ -32,6 +34,10 @@ namespace {
 constexpr double curve_tolerance = 1e-4;
 /// Of the diagonal: a deviation below it is nobody's concern.
 constexpr double worth_saying = 1e-7;
+/// Of the diagonal: what a pin that follows from others may be off (as SculptSystem's rows).
+constexpr double least_conflict = 1e-9;
+/// Of what a load was dragged by: less is rounding.
+constexpr double nothing = 1e-12;
 
 geometry::PointAspect aspect_of(IconProperty property) {
   switch (property) {
@@ -136,19 +142,9 @@ std::vector<Vec3> curve_targets(const SculptIcon& icon, const BSplineSurface& re
   std::vector<Vec3> targets;
   targets.reserve(reference.size());
   for (const Vec3& place : reference) targets.push_back(moved(icon, place));
-  if (icon.bends.empty()) return targets;
-  std::vector<double> along(reference.size(), 0.0);
-  for (std::size_t i = 1; i < reference.size(); ++i) {
-    along[i] = along[i - 1] + (reference[i] - reference[i - 1]).norm();
-  }
-  const double length = along.back();
-  const bool closed = is_closed(icon, rest);
   for (const IconBend& bend : icon.bends) {
-    for (std::size_t i = 0; i < reference.size(); ++i) {
-      double distance = std::abs(along[i] - bend.held_at * length);
-      if (closed) distance = std::min(distance, length - distance);
-      targets[i] += geometry::falloff(distance / bend.reach_m) * bend.translation;
-    }
+    const std::vector<double> weight = bend_weights(icon, bend, rest, reference);
+    for (std::size_t i = 0; i < reference.size(); ++i) targets[i] += weight[i] * bend.translation;
   }
   return targets;
 }
@@ -165,6 +161,8 @@ struct Demands {
   std::vector<std::size_t> owner;  ///< Of each row: index of the icon.
   std::vector<SculptLoad> loads;
   std::vector<std::uint32_t> held;
+  PinnedIcons pinned;  ///< Of surfaces so large, or icons that hold so much, that rows would be too many.
+  std::vector<std::size_t> dependent_pins;  ///< After the solution.
 };
 
 Status add_constraint(const SculptIcon& icon, std::size_t index, const BSplineSurface& rest,
@@ -302,36 +300,35 @@ double diagonal(const BSplineSurface& surface) {
   return box.diagonal().norm();
 }
 
-/// The solver speaks of rows; people know icons.
-Error in_icons(Error error, const Demands& demands, const SculptShape& shape, std::string_view field) {
-  const std::regex row(R"(rows\[(\d+)\])");
-  const auto icon_of = [&](const std::string& number) -> std::string {
-    const std::size_t at = std::stoul(number);
-    return at < demands.owner.size() ? (*shape.icons)[demands.owner[at]].id : "?";
-  };
-  std::string words;
-  auto rest = error.message.cbegin();
-  std::string last;
-  for (std::smatch found; std::regex_search(rest, error.message.cend(), found, row); rest = found[0].second) {
-    words.append(rest, found[0].first);
-    words += fmt::format("icon \"{}\"", icon_of(found[1]));
-  }
-  words.append(rest, error.message.cend());
-  if (std::smatch found; std::regex_search(error.field, found, row)) {
-    words = fmt::format("icon \"{}\": {}", icon_of(found[1]), words);
-  } else if (!error.field.empty()) {
-    words = fmt::format("{}: {}", error.field, words);
-  }
-  error.message = std::move(words);
+/// The solver names its own fields; people know the operation's.
+Error under(Error error, std::string_view field) {
+  if (!error.field.empty()) error.message = fmt::format("{}: {}", error.field, error.message);
   error.field = std::string(field);
   return error;
 }
 
+/// How far each icon is off, where it is more than it may be (D20).
+using Conflicts = std::map<std::size_t, double>;
+
+Error contradiction(const Conflicts& conflicts, const SculptShape& shape, std::string_view field) {
+  std::vector<std::string> names;
+  for (const auto& [icon, off] : conflicts)
+    names.push_back(fmt::format("icon \"{}\" (off by {:.3g})", (*shape.icons)[icon].id, off));
+  return make_error(
+      ErrorCode::failed_precondition,
+      fmt::format("icon \"{}\": found constraints that contradict each other: {}; expected ones "
+                  "that can be met together",
+                  (*shape.icons)[conflicts.rbegin()->first].id, fmt::join(names, ", ")),
+      std::string(field));
+}
+
 void note_rows(const geometry::SculptSolution& solution, const Demands& demands, const SculptShape& shape,
-               double diagonal_m, std::vector<std::string>& notes) {
+               double diagonal_m, const Conflicts& conflicts, std::vector<std::string>& notes) {
   // An icon is worth a word when nothing of it is its own.
   std::vector<std::size_t> rows(shape.icons->size(), 0), following(shape.icons->size(), 0);
   for (const std::size_t owner : demands.owner) ++rows[owner];
+  for (const std::size_t owner : demands.pinned.owner) ++rows[owner];
+  for (const std::size_t pin : demands.dependent_pins) ++following[demands.pinned.owner[pin]];
   for (const geometry::DependentRow& each : solution.dependent) {
     const std::size_t owner = demands.owner[each.row];
     const bool on_others = std::any_of(each.on.begin(), each.on.end(),
@@ -351,10 +348,7 @@ void note_rows(const geometry::SculptSolution& solution, const Demands& demands,
     most = std::max(most, solution.off[i]);
   }
   std::vector<double> off(shape.icons->size(), 0.0);
-  for (const geometry::SculptConflict& each : solution.conflicts) {
-    double& most = off[demands.owner[each.row]];
-    most = std::max(most, each.off);
-  }
+  for (const auto& [icon, most] : conflicts) off[icon] = most;
   for (std::size_t i = 0; i < off.size(); ++i) {
     if (off[i] > 0) {
       notes.push_back(
@@ -367,6 +361,61 @@ void note_rows(const geometry::SculptSolution& solution, const Demands& demands,
   }
 }
 
+Conflicts conflicts_of(const geometry::SculptSolution& solution, const Demands& demands, double diagonal_m) {
+  Conflicts conflicts;
+  const auto add = [&](std::size_t icon, double off) {
+    double& most = conflicts[icon];
+    most = std::max(most, off);
+  };
+  for (const geometry::SculptConflict& each : solution.conflicts) add(demands.owner[each.row], each.off);
+  for (const std::size_t pin : demands.dependent_pins) {
+    const double off = pin_off(demands.pinned, pin, solution.control);
+    const double tolerance_m = demands.pinned.tolerance_m[pin];
+    if (off > (tolerance_m > 0 ? tolerance_m : least_conflict * diagonal_m))
+      add(demands.pinned.owner[pin], off);
+  }
+  return conflicts;
+}
+
+/// Loads on what sides, regions or other icons hold: they push at nothing.
+void note_held_loads(const SculptShape& shape, std::vector<std::string>& notes) {
+  for (const SculptIcon& icon : *shape.icons) {
+    if (icon.role != IconRole::load || !icon.acts() || !has_moved(icon)) continue;
+    const Vec2 uv = middle(icon);
+    const double by = (shape.surface->evaluate(uv.x(), uv.y()) - shape.rest->evaluate(uv.x(), uv.y())).norm();
+    const double turn = (shape.surface->normal(uv.x(), uv.y()) - shape.rest->normal(uv.x(), uv.y())).norm();
+    if (by <= nothing * icon.translation.norm() && turn <= nothing) {
+      notes.push_back(fmt::format("load \"{}\" moves nothing: what it acts on is held", icon.id));
+    }
+  }
+}
+
+/// Whether loads act that have not been dragged yet.
+bool waits(const SculptShape& shape) {
+  return std::any_of(shape.icons->begin(), shape.icons->end(), [](const SculptIcon& icon) {
+    return icon.role == IconRole::load && icon.acts() && !has_moved(icon);
+  });
+}
+
+/// What a load's first drag would wait for: the answer to its push (D16), a second and more of a surface of a
+/// million control points. No result depends on it, nor on whether it works.
+void make_ready(const SculptIcon& icon, const BSplineSurface& rest, const Demands& demands,
+                geometry::SculptSystem& system) {
+  SculptIcon pushed = icon;
+  pushed.translation = Vec3::UnitZ();
+  pushed.stiffness = 0;
+  std::vector<SculptLoad> loads;
+  if (!add_load(pushed, rest, demands, system, loads)) return;
+}
+
+/// Whether more may move than is factorised.
+bool is_large(const SculptShape& shape, const std::vector<std::uint32_t>& held, std::size_t direct_unknowns) {
+  if (shape.rest->control.size() <= direct_unknowns) return false;
+  geometry::StiffnessProblem problem{shape.rest->u, shape.rest->v, {}, shape.supports};
+  problem.held = held;
+  return geometry::unknowns(problem).size() > direct_unknowns;
+}
+
 void update_places(SculptShape& shape) {
   auto icons = std::make_shared<std::vector<SculptIcon>>(*shape.icons);
   for (SculptIcon& icon : *icons) {
@@ -377,6 +426,24 @@ void update_places(SculptShape& shape) {
 }
 
 }  // namespace
+
+std::vector<double> bend_weights(const SculptIcon& icon, const IconBend& bend, const BSplineSurface& rest,
+                                 const std::vector<Vec3>& reference) {
+  std::vector<double> along(reference.size(), 0.0);
+  for (std::size_t i = 1; i < reference.size(); ++i) {
+    along[i] = along[i - 1] + (reference[i] - reference[i - 1]).norm();
+  }
+  const double length = along.back();
+  const bool closed = is_closed(icon, rest);
+  std::vector<double> weight;
+  weight.reserve(reference.size());
+  for (const double at : along) {
+    double distance = std::abs(at - bend.held_at * length);
+    if (closed) distance = std::min(distance, length - distance);
+    weight.push_back(geometry::falloff(distance / bend.reach_m));
+  }
+  return weight;
+}
 
 Status begin_icon(SculptIcon& icon, const SculptShape& shape, std::string_view field, const Limits& limits) {
   const BSplineSurface& surface = *shape.surface;
@@ -419,10 +486,10 @@ Status begin_icon(SculptIcon& icon, const SculptShape& shape, std::string_view f
     if (!points) return below(points.error());
     for (const std::uint32_t point : *points) reference->push_back(surface.control[point]);
   }
-  if (reference->size() > limits.max_constraint_rows) {
+  if (reference->size() > limits.max_control_points) {
     return make_error(ErrorCode::resource_exhausted,
                       fmt::format("would hold {} places, expected at most {}", reference->size(),
-                                  limits.max_constraint_rows),
+                                  limits.max_control_points),
                       std::string(field));
   }
   icon.reference = std::move(reference);
@@ -442,11 +509,26 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
       loaded = loaded || has_moved(icon);
     } else if (icon.outside) {
       auto held = geometry::points_outside(rest, region_of(icon));
-      if (!held) return in_icons(held.error(), demands, shape, field);
+      if (!held) return under(held.error(), field);
       demands.held.insert(demands.held.end(), held->begin(), held->end());
     } else if (auto status = add_constraint(icon, i, rest, diagonal_m, demands); !status) {
-      return in_icons(status.error(), demands, shape, field);
+      return under(status.error(), field);
     }
+  }
+  std::sort(demands.held.begin(), demands.held.end());
+  demands.held.erase(std::unique(demands.held.begin(), demands.held.end()), demands.held.end());
+  const bool still = demands.rows.empty() && !loaded;
+  if (still) {
+    shape.surface = shape.rest;  // To the bit (D4, D19).
+    update_places(shape);
+    if (!context.sculpt_solvers || !waits(shape)) return {};
+  }
+
+  SculptSolvers once(1);
+  SculptSolvers& solvers = context.sculpt_solvers ? *context.sculpt_solvers : once;
+  if (demands.rows.size() > context.limits.max_constraint_rows ||
+      is_large(shape, demands.held, solvers.iteration().direct_unknowns)) {
+    demands.pinned = take_pins(shape, demands.rows, demands.owner);
   }
   if (demands.rows.size() > context.limits.max_constraint_rows) {
     return make_error(ErrorCode::resource_exhausted,
@@ -454,35 +536,35 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
                                   demands.rows.size(), context.limits.max_constraint_rows),
                       std::string(field));
   }
-  std::sort(demands.held.begin(), demands.held.end());
-  demands.held.erase(std::unique(demands.held.begin(), demands.held.end()), demands.held.end());
-  if (demands.rows.empty() && !loaded) {
-    shape.surface = shape.rest;  // To the bit (D4, D19).
-    update_places(shape);
-    return {};
-  }
 
   geometry::SculptSetup setup;
   setup.energy = shape.energy;
   setup.supports = shape.supports;
   setup.mode = shape.absolute ? geometry::SculptMode::absolute_fairing : geometry::SculptMode::displacement;
   setup.held = demands.held;
-  const auto policy =
-      shape.least_squares ? geometry::ConflictPolicy::least_squares : geometry::ConflictPolicy::refuse;
+  setup.pins = demands.pinned.pins;
   std::optional<geometry::SculptSolution> solution;
   const auto use = [&](geometry::SculptSystem& system) -> Status {
     for (const SculptIcon& icon : *shape.icons) {
       if (icon.role != IconRole::load || !icon.acts()) continue;
       if (auto status = add_load(icon, rest, demands, system, demands.loads); !status) return status;
     }
-    auto solved = system.solve(demands.rows, demands.loads, policy);
+    for (const SculptIcon& icon : *shape.icons) {
+      if (icon.role == IconRole::load && icon.acts() && !has_moved(icon))
+        make_ready(icon, rest, demands, system);
+    }
+    if (still) return {};
+    // Whoever contradicts is named below, by icons.
+    auto solved = system.solve(demands.rows, demands.loads, demands.pinned.fields,
+                               geometry::ConflictPolicy::least_squares);
     if (!solved) return solved.error();
     solution = std::move(*solved);
+    demands.dependent_pins = system.dependent_pins();
     return {};
   };
-  SculptSolvers once(1);
-  SculptSolvers& solvers = context.sculpt_solvers ? *context.sculpt_solvers : once;
-  if (auto status = solvers.with(shape.rest, setup, context.parallel, use); !status) {
+  const Status used = solvers.with(shape.rest, setup, context.parallel, use);
+  if (still) return {};  // What is wrong is for those to hear who drag.
+  if (const Status& status = used; !status) {
     if (!demands.held.empty() && status.error().field == "supports" &&
         status.error().code == ErrorCode::invalid_argument) {
       return make_error(
@@ -491,8 +573,10 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
           "region or more control points (refine_surface)",
           std::string(field));
     }
-    return in_icons(status.error(), demands, shape, field);
+    return under(status.error(), field);
   }
+  const Conflicts conflicts = conflicts_of(*solution, demands, diagonal_m);
+  if (!conflicts.empty() && !shape.least_squares) return contradiction(conflicts, shape, field);
   for (const Vec3& point : solution->control) {
     if (!(point.cwiseAbs().maxCoeff() <= context.limits.max_coordinate_m)) {
       return make_error(ErrorCode::invalid_argument,
@@ -508,7 +592,8 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
         BSplineSurface{rest.u, rest.v, std::move(solution->control), rest.weights});
   }
   update_places(shape);
-  note_rows(*solution, demands, shape, diagonal_m, notes);
+  note_rows(*solution, demands, shape, diagonal_m, conflicts, notes);
+  note_held_loads(shape, notes);
   return {};
 }
 

@@ -29,6 +29,12 @@ Status begin_icon(SculptIcon& icon, const SculptShape& shape, std::string_view f
 Status settle(SculptShape& shape, std::string_view field, const ApplyContext& context,
               std::vector<std::string>& notes);
 
+/// By place of a curve icon, how far it goes with a bend: 1 where it is held, 0 out of reach. `reference`:
+/// where the places were.
+std::vector<double> bend_weights(const SculptIcon& icon, const IconBend& bend,
+                                 const geometry::BSplineSurface& rest,
+                                 const std::vector<geometry::Vec3>& reference);
+
 /// Places of an icon's curve or border on a surface, for viewers; empty for points.
 std::vector<geometry::Vec3> icon_outline(const SculptIcon& icon, const geometry::BSplineSurface& surface);
 

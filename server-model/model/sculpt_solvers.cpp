@@ -8,10 +8,17 @@ namespace handloft::model {
 namespace {
 
 bool same(const geometry::SculptSetup& a, const geometry::SculptSetup& b) {
-  return a.energy == b.energy && a.supports == b.supports && a.mode == b.mode && a.held == b.held;
+  return a.energy == b.energy && a.supports == b.supports && a.mode == b.mode && a.held == b.held &&
+         a.pins == b.pins;
 }
 
 }  // namespace
+
+geometry::IterativeOptions SculptSolvers::default_iteration() {
+  geometry::IterativeOptions options;
+  options.relative_residual = 1e-7;
+  return options;
+}
 
 Status SculptSolvers::with(const std::shared_ptr<const geometry::BSplineSurface>& rest,
                            const geometry::SculptSetup& setup, const geometry::ParallelFor& parallel,
@@ -24,7 +31,7 @@ Status SculptSolvers::with(const std::shared_ptr<const geometry::BSplineSurface>
     kept_.splice(kept_.begin(), kept_, found);
     return use(kept_.front().system);
   }
-  geometry::IterativeOptions iteration;
+  geometry::IterativeOptions iteration = iteration_;
   iteration.parallel = parallel;
   auto system = geometry::SculptSystem::create(*rest, setup, iteration);
   if (!system) return system.error();

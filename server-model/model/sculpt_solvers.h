@@ -8,6 +8,7 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "common/base/result.h"
@@ -20,8 +21,15 @@ namespace handloft::model {
 class SculptSolvers {
  public:
   /// Kept at most, the least recently used go first: so many systems, of so many unknowns together.
-  explicit SculptSolvers(std::size_t max_systems = 8, std::size_t max_unknowns = 1'500'000)
-      : max_systems_(max_systems), max_unknowns_(max_unknowns) {}
+  /// `iteration`: how surfaces too large for a factor are solved, and which are (its `parallel` is not
+  /// asked).
+  explicit SculptSolvers(std::size_t max_systems = 8, std::size_t max_unknowns = 1'500'000,
+                         geometry::IterativeOptions iteration = default_iteration())
+      : max_systems_(max_systems), max_unknowns_(max_unknowns), iteration_(std::move(iteration)) {}
+
+  /// To a relative residual of 1e-7: a tenth of what D21 allows at a million control points.
+  static geometry::IterativeOptions default_iteration();
+  const geometry::IterativeOptions& iteration() const { return iteration_; }
 
   using Use = std::function<Status(geometry::SculptSystem&)>;
   /// Calls `use` with the system of this rest shape and setup, made if need be. Errors: those of
@@ -40,6 +48,7 @@ class SculptSolvers {
   };
 
   std::size_t max_systems_, max_unknowns_;
+  geometry::IterativeOptions iteration_;
   mutable std::mutex mutex_;
   std::list<Kept> kept_;  ///< Most recently used first.
   std::size_t made_ = 0;
