@@ -122,9 +122,9 @@ Status tessellate_rest(const TopoDS_Compound& rest, const CadImportOptions& opti
   }
 }
 
-Status read_model(XSControl_Reader& reader, const char* what, const fs::path& path,
+Status read_model(XSControl_Reader& reader, detail::CadFormat kind, const fs::path& path,
                   const CadImportOptions& options, ImportedModel& into) {
-  const auto whole = detail::read_whole(reader, path, what);
+  const auto whole = detail::read_whole(reader, path, kind);
   if (!whole) return whole.error();
   auto bytes = detail::to_bytes({*whole, detail::labels_of(reader, *whole)}, options.max_model_bytes);
   if (!bytes) return bytes.error();
@@ -175,7 +175,7 @@ Status read_model(XSControl_Reader& reader, const char* what, const fs::path& pa
   }
   if (into.face_count == 0) {
     return make_error(ErrorCode::data_corrupt,
-                      fmt::format("found no face, expected {} file with faces", what), "path");
+                      fmt::format("found no face, expected {} file with faces", detail::words(kind)), "path");
   }
   return any_rest ? tessellate_rest(rest, options, into) : Status();
 }
@@ -201,10 +201,10 @@ Result<ImportedModel> import_file(const fs::path& path, const CadImportOptions& 
   Status status = detail::guarded("reading the CAD model", [&]() -> Status {
     if (*format == ReferenceFormat::step) {
       STEPControl_Reader reader;
-      return read_model(reader, "a STEP", path, options, model);
+      return read_model(reader, detail::CadFormat::step, path, options, model);
     }
     IGESControl_Reader reader;
-    return read_model(reader, "an IGES", path, options, model);
+    return read_model(reader, detail::CadFormat::iges, path, options, model);
   });
   if (!status) return status.error();
   return model;

@@ -13,10 +13,14 @@ namespace handloft::exchange::detail {
 
 constexpr double metres_per_millimetre = 1e-3;
 
-/// The whole of a file in millimetres, whatever its unit is. `what` stands in messages: "a STEP". Throws the
-/// library's exceptions. Errors: data_corrupt.
+enum class CadFormat { step, iges };
+const char* words(CadFormat format);  ///< For messages: "a STEP".
+
+/// The whole of a file in millimetres, whatever its unit is. A file without its last words was cut off: the
+/// library would give what is there of it, and people would miss the rest late. Throws the library's
+/// exceptions. Errors: data_corrupt, io.
 Result<TopoDS_Shape> read_whole(XSControl_Reader& reader, const std::filesystem::path& path,
-                                const char* what);
+                                CadFormat format);
 
 /// The name that the file gives to what an entity stands for: a STEP item's name, an IGES entity's label;
 /// empty when it has none.

@@ -16,7 +16,8 @@ Status check_input_file(const fs::path& path, std::size_t max_bytes) {
   }
   const auto size = kind.type() == fs::file_type::regular ? fs::file_size(path, failed) : 0;
   if (failed || kind.type() != fs::file_type::regular) {
-    return make_error(ErrorCode::io, failed ? failed.message() : "found something that is not a file",
+    return make_error(ErrorCode::io,
+                      failed ? failed.message() : "found something that is not a file, expected a file",
                       "path");
   }
   if (size > max_bytes) {

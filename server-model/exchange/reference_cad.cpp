@@ -21,8 +21,9 @@ Status tessellate(const std::filesystem::path& path, ReferenceFormat format, con
                   RawTriangles& into) {
   STEPControl_Reader step;
   IGESControl_Reader iges;
-  const Result<TopoDS_Shape> shape =
-      format == ReferenceFormat::step ? read_whole(step, path, "a STEP") : read_whole(iges, path, "an IGES");
+  const Result<TopoDS_Shape> shape = format == ReferenceFormat::step
+                                         ? read_whole(step, path, CadFormat::step)
+                                         : read_whole(iges, path, CadFormat::iges);
   if (!shape) return shape.error();
   const Result<double> chord = chord_of(*shape, options.chord_tolerance_m, options.chord_fraction);
   if (!chord) return chord.error();

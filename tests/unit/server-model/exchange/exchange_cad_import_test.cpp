@@ -300,16 +300,77 @@ TEST_F(CadImport, WhatIsNoCadFileIsAnError) {
   EXPECT_EQ(import_cad_model(folder_.path() / "words.step").error().code, ErrorCode::data_corrupt);
 }
 
-TEST_F(CadImport, TruncatedFilesAreErrorsOrSmallerModelsButNeverCrash) {
-  test::write_step_file(step_, {test::box_with_freeform_top(100, 20)});
-  std::ifstream stream(step_, std::ios::binary);
-  const std::string whole{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  const std::filesystem::path damaged = folder_.path() / "damaged.step";
-  for (std::size_t part = 1; part < 8; ++part) {
-    std::ofstream(damaged, std::ios::binary) << whole.substr(0, whole.size() * part / 8);
-    const auto model = import_cad_model(damaged);
-    if (!model.ok()) {
-      EXPECT_EQ(model.error().field, "path");
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+/// An error that begins with the file's name and says what was expected.
+void expect_named(const Result<ImportedModel>& model, const std::string& name) {
+  ASSERT_FALSE(model.ok()) << name;
+  EXPECT_EQ(model.error().code, ErrorCode::data_corrupt) << model.error().describe();
+  EXPECT_EQ(model.error().field, "path");
+  EXPECT_EQ(model.error().message.rfind(name + ": ", 0), 0U) << model.error().message;
+  EXPECT_NE(model.error().message.find("expected"), std::string::npos) << model.error().message;
+}
+
+// What is there of a model must not be taken for the whole of it.
+TEST_F(CadImport, CutOffFilesAreErrorsThatSaySo) {
+  test::write_step_file(folder_.path() / "whole.step", {test::box_with_freeform_top(100, 20)});
+  test::write_iges_file(folder_.path() / "whole.igs", {test::box_with_freeform_top(100, 20)});
+  std::vector<std::filesystem::path> files{folder_.path() / "whole.step", folder_.path() / "whole.igs"};
+  for (const char* real : {"step/screw.step", "iges/bearing.iges"}) {  // Of the package occt-misc.
+    const auto path = std::filesystem::path("/usr/share/opencascade/data") / real;
+    if (std::filesystem::exists(path)) files.push_back(path);
+  }
+  for (const std::filesystem::path& file : files) {
+    const std::string whole = content_of(file);
+    const std::filesystem::path damaged = folder_.path() / ("damaged" + file.extension().string());
+    for (std::size_t part = 0; part < 8; ++part) {
+      std::ofstream(damaged, std::ios::binary) << whole.substr(0, whole.size() * part / 8);
+      expect_named(import_cad_model(damaged), damaged.filename().string());
+    }
+  }
+}
+
+TEST_F(CadImport, FilesOfAnotherKindAreErrorsThatNameWhatWasExpected) {
+  test::write_step_file(folder_.path() / "model.step", {test::box_with_freeform_top(100, 20)});
+  test::write_iges_file(folder_.path() / "model.igs", {test::box_with_freeform_top(100, 20)});
+  std::filesystem::rename(folder_.path() / "model.step", folder_.path() / "step.igs");
+  std::filesystem::rename(folder_.path() / "model.igs", folder_.path() / "iges.step");
+  expect_named(import_cad_model(folder_.path() / "step.igs"), "step.igs");
+  expect_named(import_cad_model(folder_.path() / "iges.step"), "iges.step");
+  std::mt19937 random(3);
+  std::string noise(20'000, ' ');
+  for (char& c : noise) c = static_cast<char>(random());
+  for (const char* name : {"noise.stp", "noise.iges"}) {
+    std::ofstream(folder_.path() / name, std::ios::binary) << noise;
+    expect_named(import_cad_model(folder_.path() / name), name);
+  }
+  std::ofstream(folder_.path() / "ends.step") << "nothing but an end\nEND-ISO-10303-21;\n";
+  expect_named(import_cad_model(folder_.path() / "ends.step"), "ends.step");
+}
+
+// Digits and letters changed here and there: an error that names the file, or a model that is sound.
+TEST_F(CadImport, CorruptFilesNeverCrash) {
+  test::write_step_file(folder_.path() / "whole.step", {test::box_with_freeform_top(100, 20)});
+  test::write_iges_file(folder_.path() / "whole.igs", {test::box_with_freeform_top(100, 20)});
+  std::mt19937 random(11);
+  for (const char* extension : {".step", ".igs"}) {
+    const std::string whole = content_of(folder_.path() / ("whole" + std::string(extension)));
+    const std::filesystem::path damaged = folder_.path() / ("damaged" + std::string(extension));
+    for (int round = 0; round < 12; ++round) {
+      std::string bytes = whole;
+      for (int i = 0; i < 1 + 4 * round; ++i)
+        bytes[random() % bytes.size()] = "0159#(),'.E-*$"[random() % 14];
+      std::ofstream(damaged, std::ios::binary) << bytes;
+      const auto model = import_cad_model(damaged);
+      if (!model.ok()) {
+        EXPECT_EQ(model.error().field, "path");
+        EXPECT_EQ(model.error().message.rfind(damaged.filename().string() + ": ", 0), 0U);
+        continue;
+      }
+      for (const ImportedFace& face : model->faces) EXPECT_TRUE(geometry::check(face.face.surface).ok());
     }
   }
 }
