@@ -125,6 +125,8 @@ std::vector<DeviceReport> DeviceBook::standing() const {
   for (const auto& [name, entry] : devices_) {
     reports.push_back(entry.report);
     reports.back().device = name;
+    reports.back().dropped = entry.own_dropped + entry.facts_dropped;
+    reports.back().refused = entry.own_refused + entry.facts_refused;
   }
   return reports;
 }

@@ -42,11 +42,12 @@ SessionControl::Wake FastSession::run(SampleStream& stream, FusionStage& stage, 
       if (asked == Wake::timeout) break;
       if (ends(asked)) return asked;
     }
-    consume(*sample, stage, publisher);
+    consume(*sample, stage, publisher, control);
   }
 }
 
-void FastSession::consume(const Sample& sample, FusionStage& stage, Publisher& publisher) {
+void FastSession::consume(const Sample& sample, FusionStage& stage, Publisher& publisher,
+                          const SessionControl& control) {
   const auto* frame = std::get_if<CameraFrame>(&sample);
   if (frame == nullptr) return stage.consume(sample);
   if (frame->camera >= trackers_.size()) return;
@@ -61,7 +62,7 @@ void FastSession::consume(const Sample& sample, FusionStage& stage, Publisher& p
     return;
   }
   stage.consume(*frame, *observation);
-  publisher.wait_for_readers(slow_reader_timeout);
+  publisher.wait_for_readers(slow_reader_timeout, [&] { return control.stopping(); });
 }
 
 std::vector<FrameLosses> FastSession::losses() const {

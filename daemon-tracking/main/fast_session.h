@@ -26,7 +26,8 @@ class FastSession {
   std::vector<FrameLosses> losses() const;
 
  private:
-  void consume(const Sample& sample, FusionStage& stage, Publisher& publisher);
+  void consume(const Sample& sample, FusionStage& stage, Publisher& publisher,
+               const SessionControl& control);
   SessionControl::Wake wait_until_due(const Sample& sample, const SessionControl& control);
 
   std::vector<CameraTracker> trackers_;

@@ -20,6 +20,7 @@ namespace {
 
 // A subscriber to every frame may have this many unread before a replay waits for it.
 constexpr std::size_t replay_window_frames = 32;
+constexpr std::chrono::milliseconds reader_wait_step{100};
 const net::SlotKey newest_frame_slot{1, "tracking"};
 
 struct Subscriber {
@@ -245,11 +246,14 @@ void Publisher::publish(v1::TrackingFrame& frame) {
   }
 }
 
-void Publisher::wait_for_readers(std::chrono::milliseconds timeout) {
+void Publisher::wait_for_readers(std::chrono::milliseconds timeout, const std::function<bool()>& give_up) {
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
   for (const Subscriber& subscriber : implementation_->present()) {
-    if (subscriber.delivery != v1::Subscribe::EVERY || subscriber.connection->closed()) continue;
-    if (!subscriber.connection->wait_until_queued_below(replay_window_frames, timeout) &&
-        !subscriber.connection->closed()) {
+    if (subscriber.delivery != v1::Subscribe::EVERY) continue;
+    while (!subscriber.connection->closed() &&
+           !subscriber.connection->wait_until_queued_below(replay_window_frames, reader_wait_step)) {
+      if (give_up && give_up()) return;
+      if (std::chrono::steady_clock::now() < deadline || subscriber.connection->closed()) continue;
       subscriber.connection->fail(
           make_error(ErrorCode::timeout, "the replay waited too long for this subscriber to read"));
     }

@@ -45,8 +45,9 @@ class Publisher {
   void publish(v1::TrackingFrame& frame);
 
   /// For replays: waits while a subscriber that asked for every frame has more than a few of them unread, at
-  /// most `timeout`. A subscriber that takes longer is closed, so that it can't hold up the rest.
-  void wait_for_readers(std::chrono::milliseconds timeout);
+  /// most `timeout`. A subscriber that takes longer is closed, so that it can't hold up the rest. Returns early,
+  /// and closes nobody, once `give_up` (asked ten times a second; may be empty) says so.
+  void wait_for_readers(std::chrono::milliseconds timeout, const std::function<bool()>& give_up = {});
   /// Waits until everything was sent, or for `timeout`. True: all was.
   bool drain(std::chrono::milliseconds timeout);
 
