@@ -4,9 +4,22 @@ namespace handloft::client {
 namespace {
 
 constexpr float half_opaque = 0.5F;
+/// Balls, and arrows in whatever direction they point (icon_pass.cpp): to scale, an icon reaches so far.
+constexpr double ball_m = 0.006, arrow_m = 0.05;
 
 glm::dvec3 vec(const Vec3f& v) {
   return {double{v.x}, double{v.y}, double{v.z}};
+}
+
+void add(const SceneIcon& icon, std::vector<glm::dvec3>& places) {
+  const glm::dvec3 place = vec(icon.place);
+  for (const double side : {-ball_m, ball_m}) {
+    places.push_back(place + glm::dvec3(side, 0, 0));
+    places.push_back(place + glm::dvec3(0, side, 0));
+    places.push_back(place + glm::dvec3(0, 0, side));
+  }
+  if (icon.direction) places.push_back(place + arrow_m * vec(*icon.direction));
+  for (const Vec3f& point : icon.outline) places.push_back(vec(point));
 }
 
 void add(const Entity& entity, std::vector<glm::dvec3>& places) {
@@ -22,6 +35,9 @@ void add(const Entity& entity, std::vector<glm::dvec3>& places) {
     for (const SceneCurve& curve : *entity.curves) {
       for (const Vec3f& point : curve.points) places.push_back(vec(point));
     }
+  }
+  if (entity.icons != nullptr) {
+    for (const SceneIcon& icon : *entity.icons) add(icon, places);
   }
 }
 

@@ -8,8 +8,8 @@
 
 namespace handloft::client {
 
-/// Points and curves that are shown, and the vertices of surfaces where they are half opaque or more (A26),
-/// of shapes and references. World, metres.
+/// Points and curves that are shown, the vertices of surfaces where they are half opaque or more (A26), of
+/// shapes and references, and icons with their arrows (D17). World, metres.
 std::vector<glm::dvec3> visible_places(const Scene& scene);
 
 }  // namespace handloft::client

@@ -53,9 +53,6 @@ void main() {
 }
 )glsl";
 
-constexpr float sign_share = 0.36F;         ///< Height of a sign's text, of its cell.
-constexpr float label_width_share = 0.92F;  ///< Of the cell's width.
-
 /// Every character on the palette.
 std::string palette_characters() {
   std::string all;
@@ -200,23 +197,19 @@ void FlatPass::draw_palette(const Frame& frame, const EyeUniforms& eye) {
     constexpr float rim_m = 0.0007F;
     add_panel(sheet, {{-w / 2, -h / 2}, {w, h}, 0.006F, rim});
     add_panel(sheet, {{-w / 2 + rim_m, -h / 2 + rim_m}, {w - 2 * rim_m, h - 2 * rim_m}, 0.0055F, face});
-    // The sign in the upper half, the label below it; without a sign the label has the cell for itself.
-    const std::string_view sign = cell.sign;
-    const float label_top = sign.empty() ? -0.45F * h : 0.06F * h;
-    const float label_bottom = 0.45F * h;
-    if (!sign.empty()) {
-      add_text(sheet, large_,
-               {std::string(sign), {0.0F, -0.06F * h}, sign_share * h, ink, TextAlign::centre});
-    }
-    const PaletteLabel label =
-        fit_label(cell.label, {label_width_share * w, label_bottom - label_top},
-                  [this](std::string_view text) { return large_.atlas.measure(text); });
+    add_text(
+        sheet, large_,
+        {std::string(cell.sign), {0.0F, sign_baseline_share * h}, sign_share * h, ink, TextAlign::centre});
+    const PaletteLabel label = fit_label(
+        cell.label, label_room(w, h), [this](std::string_view text) { return large_.atlas.measure(text); });
+    // In this sheet's units down the table, a unit is label_stretch metres.
+    const Sheet stretched{sheet.origin, sheet.right, label_stretch * sheet.down};
     const float step = label_line_spacing * label.height_m;
     // Baselines such that the lines' middle is the middle of their room.
-    float baseline = 0.5F * (label_top + label_bottom) + 0.36F * label.height_m -
-                     0.5F * step * static_cast<float>(label.lines.size() - 1);
+    float baseline = 0.5F * (label_top_share + label_bottom_share) * h / label_stretch +
+                     0.36F * label.height_m - 0.5F * step * static_cast<float>(label.lines.size() - 1);
     for (const std::string& line : label.lines) {
-      add_text(sheet, large_, {line, {0.0F, baseline}, label.height_m, ink, TextAlign::centre});
+      add_text(stretched, large_, {line, {0.0F, baseline}, label.height_m, ink, TextAlign::centre});
       baseline += step;
     }
   }

@@ -42,5 +42,26 @@ TEST(SceneExtent, HoldsWhatIsShown_A26) {
   EXPECT_EQ(places.back(), glm::dvec3(0, 0, 7));
 }
 
+TEST(SceneExtent, HoldsIconsWithTheirArrowsAndOutlines_D17) {
+  auto sculpted = std::make_shared<Entity>();
+  SceneIcon normal;
+  normal.place = {1, 2, 3};
+  normal.direction = Vec3f{0, 0, 1};
+  SceneIcon curve;
+  curve.outline = {{5, 0, 0}, {6, 0, 0}};
+  sculpted->icons = std::make_shared<const std::vector<SceneIcon>>(std::vector<SceneIcon>{normal, curve});
+  Scene scene;
+  scene.entities["a"] = sculpted;
+  glm::dvec3 upper(0), lower(9);
+  for (const glm::dvec3& place : visible_places(scene)) {
+    upper = glm::max(upper, place);
+    lower = glm::min(lower, place);
+  }
+  EXPECT_GT(upper.z, 3.04) << "the arrow's tip";
+  EXPECT_LT(upper.z, 3.06);
+  EXPECT_GT(upper.y, 2.001) << "the ball about the place";
+  EXPECT_EQ(upper.x, 6.0) << "a curve's end";
+}
+
 }  // namespace
 }  // namespace handloft::client
