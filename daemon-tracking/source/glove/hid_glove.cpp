@@ -27,6 +27,7 @@ class HidGlove final : public GloveSource {
 
   const std::string& name() const override { return name_; }
   Status start(SampleSink sink) override {
+    if (reader_.started()) return make_error(ErrorCode::failed_precondition, "is reading already", name_);
     sink_ = std::move(sink);
     return reader_.start();
   }

@@ -35,8 +35,7 @@ HidReader::~HidReader() {
 }
 
 Status HidReader::start() {
-  if (thread_.joinable())
-    return make_error(ErrorCode::failed_precondition, "is reading already", options_.what);
+  if (started()) return make_error(ErrorCode::failed_precondition, "is reading already", options_.what);
   {
     const std::lock_guard lock(mutex_);
     stopping_ = false;

@@ -73,6 +73,7 @@ class HidReader {
 
   /// Errors: failed_precondition when already started.
   Status start();
+  bool started() const { return thread_.joinable(); }
   /// When it returns no hook is called any more. Idempotent; not from a hook.
   void stop();
 

@@ -24,6 +24,7 @@ class HidSpaceMouse final : public SpaceMouseSource {
 
   const std::string& name() const override { return name_; }
   Status start(SampleSink sink) override {
+    if (reader_.started()) return make_error(ErrorCode::failed_precondition, "is reading already", name_);
     sink_ = std::move(sink);
     return reader_.start();
   }

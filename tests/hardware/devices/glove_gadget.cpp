@@ -122,6 +122,7 @@ class Glove {
     if (in_ < 0 || out_ < 0) test::give_up("ep1, ep2");
     std::thread([this] { serve(); }).detach();
     std::thread([this] { take_outputs(); }).detach();
+    std::thread([this] { send_all(); }).detach();
   }
 
   bool enabled() const { return enabled_.load(); }
@@ -131,13 +132,16 @@ class Glove {
     std::string name;
     unsigned value = 0;
     words >> name;
-    if (name == "plug") {
-      test::say(gadget_.plug() ? "plugged" : fmt::format("plug failed: {}", std::strerror(errno)));
-      begun_ = SystemClock().now();
-    } else if (name == "unplug") {
+    // Binding asks us for descriptors: without the lock.
+    if (name == "plug")
+      return test::say(gadget_.plug() ? "plugged" : fmt::format("plug failed: {}", std::strerror(errno)));
+    if (name == "unplug") {
       test::say(gadget_.unplug() ? "unplugged" : fmt::format("unplug failed: {}", std::strerror(errno)));
-      test::say(fmt::format("sent {}", sent_));
-    } else if (name == "force" && words >> value) {
+      const std::lock_guard lock(mutex_);
+      return test::say(fmt::format("sent {}", sent_));
+    }
+    const std::lock_guard lock(mutex_);
+    if (name == "force" && words >> value) {
       report_.force = static_cast<std::uint16_t>(value);
     } else if (name == "pot" && words >> value) {
       report_.potentiometer = static_cast<std::uint16_t>(value);
@@ -160,22 +164,35 @@ class Glove {
     }
   }
 
-  // Blocks until the computer fetches the report: that is the 4 ms of its endpoint at most.
+  // On a thread of its own: it waits while the computer fetches nothing.
+  [[noreturn]] void send_all() {
+    while (true) {
+      next_ = std::max(next_ + period, SystemClock().now());
+      std::this_thread::sleep_for(next_ - SystemClock().now());
+      if (enabled()) send(SystemClock().now());
+    }
+  }
+
+ private:
   void send(TimePoint now) {
-    if (!enabled() || silent_) return;
-    report_.device_time_us = static_cast<std::uint32_t>(
-        std::chrono::duration_cast<std::chrono::microseconds>(now - begun_).count());
-    report_.flags = restarted_ ? glove_restarted : 0;
-    auto bytes = encode_glove_report(report_);
-    if (corrupt_ > 0) bytes.back() ^= 0xFF;
+    std::array<std::uint8_t, glove_report_size> bytes{};
+    {
+      const std::lock_guard lock(mutex_);
+      if (silent_) return;
+      report_.device_time_us = static_cast<std::uint32_t>(
+          std::chrono::duration_cast<std::chrono::microseconds>(now - begun_).count());
+      report_.flags = restarted_ ? glove_restarted : 0;
+      bytes = encode_glove_report(report_);
+      if (corrupt_ > 0) bytes.back() ^= 0xFF;
+    }
     if (::write(in_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) return;
+    const std::lock_guard lock(mutex_);
     ++report_.sequence;
     ++sent_;
     restarted_ = false;
     if (corrupt_ > 0) --corrupt_;
   }
 
- private:
   void write_descriptors() const {
     Descriptors all{};
     all.head.magic = htole32(FUNCTIONFS_DESCRIPTORS_MAGIC_V2);
@@ -296,6 +313,7 @@ class Glove {
   GloveRange range_;
   GloveReport report_;
   TimePoint begun_ = SystemClock().now();
+  TimePoint next_ = begun_;  // The sending thread's.
   std::uint64_t sent_ = 0;
   unsigned corrupt_ = 0;
   bool restarted_ = true;
@@ -309,13 +327,9 @@ int main() {
   Glove glove(gadget);
   test::say("ready");
   test::Commands commands;
-  TimePoint next = SystemClock().now();
   while (!commands.ended()) {
-    for (const std::string& line : commands.wait(next)) glove.command(line);
-    const TimePoint now = SystemClock().now();
-    if (now < next) continue;
-    glove.send(now);
-    next = std::max(next + period, now - period);
+    for (const std::string& line : commands.wait(SystemClock().now() + std::chrono::seconds(1)))
+      glove.command(line);
   }
   (void)gadget.unplug();
   std::_Exit(0);  // Threads wait in the kernel.

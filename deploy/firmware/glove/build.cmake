@@ -1,0 +1,41 @@
+# Builds the glove's firmware with Debian's AVR toolchain (gcc-avr, avr-libc), prints its size and makes sure that it leaves
+# the bootloader alone:  cmake -DOUT=FOLDER [-DF_CPU=16000000UL] -P deploy/firmware/glove/build.cmake
+# OUT/glove.hex is what is flashed.
+cmake_minimum_required(VERSION 3.25)
+set(here "${CMAKE_CURRENT_LIST_DIR}")
+if(NOT OUT)
+  message(FATAL_ERROR "found no -DOUT=FOLDER")
+endif()
+if(NOT F_CPU)
+  set(F_CPU 16000000UL)
+endif()
+find_program(AVR_GCC avr-gcc REQUIRED)
+find_program(AVR_OBJCOPY avr-objcopy REQUIRED)
+find_program(AVR_SIZE avr-size REQUIRED)
+file(MAKE_DIRECTORY "${OUT}")
+
+set(machine -mmcu=atmega32u4)
+set(flags -DF_CPU=${F_CPU} -std=gnu11 -Os -Wall -Wextra -Wshadow -Werror -ffunction-sections -fdata-sections)
+function(run)
+  execute_process(COMMAND ${ARGN} COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+set(objects)
+foreach(source glove_logic glove_descriptors usb main)
+  run(${AVR_GCC} ${machine} ${flags} -c "${here}/${source}.c" -o "${OUT}/${source}.o")
+  list(APPEND objects "${OUT}/${source}.o")
+endforeach()
+run(${AVR_GCC} ${machine} -Wl,--gc-sections -o "${OUT}/glove.elf" ${objects})
+run(${AVR_OBJCOPY} -O ihex -R .eeprom "${OUT}/glove.elf" "${OUT}/glove.hex")
+
+execute_process(COMMAND ${AVR_SIZE} "${OUT}/glove.elf" OUTPUT_VARIABLE size COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX MATCH "\n *([0-9]+)[ \t]+([0-9]+)[ \t]+([0-9]+)" ignored "${size}")
+math(EXPR flash "${CMAKE_MATCH_1} + ${CMAKE_MATCH_2}")
+math(EXPR memory "${CMAKE_MATCH_2} + ${CMAKE_MATCH_3}")
+# 32 KiB less the 4 KiB of the bootloader; 2.5 KiB of memory, half of it kept for the stack.
+set(flash_limit 28672)
+set(memory_limit 1280)
+message(STATUS "glove firmware: ${flash} of ${flash_limit} bytes of flash, ${memory} of ${memory_limit} bytes of memory")
+if(flash GREATER flash_limit OR memory GREATER memory_limit)
+  message(FATAL_ERROR "the firmware is too large")
+endif()
