@@ -93,7 +93,8 @@ Result<IterativeSolver::Report> IterativeSolver::solve_column(std::span<const do
     if (residual <= target || !pays || residual <= rounding(k_, x, options_.parallel)) break;
   }
   report.relative_residual = size > 0 ? residual / size : 0.0;
-  if (residual > target && !(residual <= rounding_units * rounding(k_, x, options_.parallel)))
+  if (residual > std::max(target, options_.acceptable_residual * size) &&
+      !(residual <= rounding_units * rounding(k_, x, options_.parallel)))
     return make_error(
         ErrorCode::failed_precondition,
         fmt::format("found a residual of {:.3g} after {} iterations, expected {:.3g}: does anything "

@@ -266,7 +266,7 @@ Result<StiffnessSolver::Report> ProjectedSolver::solve_column(std::span<const do
         reduce(r, 0.5 * options_.relative_residual, size, options_.max_iterations - report.iterations, x);
   }
   report.relative_residual = best_size > 0 ? before / best_size : 0.0;
-  if (report.relative_residual > options_.relative_residual &&
+  if (report.relative_residual > std::max(options_.relative_residual, options_.acceptable_residual) &&
       !(before <= rounding_units * rounding(k_, x, options_.parallel)))
     return make_error(ErrorCode::failed_precondition,
                       fmt::format("found a residual of {:.3g} after {} iterations, expected {:.3g}: does "

@@ -77,6 +77,9 @@ Result<std::unique_ptr<StiffnessSolver>> make_direct_solver(const Eigen::SparseM
 /// ModePreconditioner::max_modes in both directions.
 struct IterativeOptions {
   double relative_residual = 1e-10;
+  /// What is taken where further iterations bring nothing: rows that are hard to tell apart leave the
+  /// projection fewer digits. No more than `relative_residual` asks for where that is larger.
+  double acceptable_residual = 0;
   int max_iterations = 400;
   ParallelFor parallel = run_in_turn;
   /// For make_stiffness_solver(): so many unknowns are factorised, more are iterated; at most

@@ -411,9 +411,23 @@ void make_ready(const SculptIcon& icon, const BSplineSurface& rest, const Demand
 /// Whether more may move than is factorised.
 bool is_large(const SculptShape& shape, const std::vector<std::uint32_t>& held, std::size_t direct_unknowns) {
   if (shape.rest->control.size() <= direct_unknowns) return false;
-  geometry::StiffnessProblem problem{shape.rest->u, shape.rest->v, {}, shape.supports};
-  problem.held = held;
-  return geometry::unknowns(problem).size() > direct_unknowns;
+  // Counted, not listed: this is asked in every frame of a drag.
+  const auto range = [](const geometry::KnotVector& knots, geometry::Support lower, geometry::Support upper) {
+    const auto count = static_cast<std::size_t>(knots.control_count());
+    if (knots.is_periodic()) return std::pair<std::size_t, std::size_t>{0, count};
+    const auto last = static_cast<std::size_t>(upper);
+    return std::pair<std::size_t, std::size_t>{static_cast<std::size_t>(lower),
+                                               count > last ? count - last : 0};
+  };
+  const auto rows = range(shape.rest->u, shape.supports.u_lower, shape.supports.u_upper);
+  const auto columns = range(shape.rest->v, shape.supports.v_lower, shape.supports.v_upper);
+  const auto size = [](const auto& part) { return part.second > part.first ? part.second - part.first : 0; };
+  const auto within = [](std::size_t at, const auto& part) { return at >= part.first && at < part.second; };
+  const auto across = static_cast<std::size_t>(shape.rest->v.control_count());
+  const auto fixed = std::count_if(held.begin(), held.end(), [&](std::uint32_t point) {
+    return within(point / across, rows) && within(point % across, columns);
+  });
+  return size(rows) * size(columns) - static_cast<std::size_t>(fixed) > direct_unknowns;
 }
 
 void update_places(SculptShape& shape) {

@@ -16,7 +16,9 @@ bool same(const geometry::SculptSetup& a, const geometry::SculptSetup& b) {
 
 geometry::IterativeOptions SculptSolvers::default_iteration() {
   geometry::IterativeOptions options;
-  options.relative_residual = 1e-7;
+  options.relative_residual = 1e-8;
+  options.acceptable_residual = 1e-6;
+  options.direct_unknowns = 20'000;
   return options;
 }
 
