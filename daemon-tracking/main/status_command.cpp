@@ -17,6 +17,7 @@ namespace {
 
 // Standing parts come about once a second, and to who subscribes at once.
 constexpr auto patience = std::chrono::seconds(5);
+constexpr auto answer_at_once = std::chrono::milliseconds(300);
 constexpr double ns_per_s = 1e9;
 
 bool has_alarm(const v1::TrackingFrame& frame) {
@@ -33,6 +34,7 @@ Result<v1::TrackingFrame> ask_status(const DaemonOptions& options, const Clock& 
   if (!endpoint) return endpoint.error();
   net::ClientOptions client_options;
   client_options.role = v1::ROLE_SUBSCRIBER;
+  client_options.connect_timeout = answer_at_once;  // Whoever asks wants to know now whether it runs.
   auto client = net::SyncClient::connect(*endpoint, client_options, clock);
   if (!client) return client.error();
   v1::Envelope subscribe;

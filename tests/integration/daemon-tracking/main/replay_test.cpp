@@ -5,12 +5,15 @@
 
 #include <fstream>
 #include <future>
+#include <set>
 #include <thread>
 
 #include "common/net/message_client.h"
 #include "daemon-tracking/main/daemon.h"
 #include "daemon-tracking/main/sample_recorder.h"
+#include "daemon-tracking/source/pen/pen_streams.h"
 #include "daemon-tracking/source/simulated/simulated_rig.h"
+#include "daemon-tracking/source/space_mouse/space_mouse_streams.h"
 #include "proto/session.pb.h"
 #include "tests/support/test_data.h"
 
@@ -18,6 +21,7 @@ namespace handloft::tracking {
 namespace {
 
 constexpr std::chrono::milliseconds patience{20000};
+constexpr double session_s = 0.6;
 const Logger quiet("test", LogLevel::off);
 
 // Half a second or so in front of the simulated cameras.
@@ -26,7 +30,18 @@ void record_session(const std::filesystem::path& path) {
   program.gesture(HandPose::pointing, {0.02, 0.01, 0.1}, 0.1);
   SimulatedRigOptions options;
   options.start = from_ns(5'000'000'000);
-  SimulatedRig rig(default_rig(), std::move(program), options);
+  // A pen and a 3D mouse beside cameras and glove: all devices' bytes are in the recording.
+  SimulatedPenOptions pen;
+  pen.start = options.start;
+  pen.seconds = session_s;
+  SimulatedSpaceMouseOptions mouse;
+  mouse.start = options.start;
+  mouse.seconds = session_s;
+  std::vector<std::unique_ptr<SampleStream>> streams;
+  streams.push_back(std::make_unique<SimulatedRig>(default_rig(), std::move(program), options));
+  streams.push_back(simulated_pen_stream(pen));
+  streams.push_back(simulated_space_mouse_stream(mouse));
+  MergedStream rig(std::move(streams));
   const SystemClock clock;
   auto recorder = SampleRecorder::create(path, {{"rig", "default"}}, clock, quiet);
   ASSERT_TRUE(recorder.ok()) << recorder.error().describe();
@@ -90,6 +105,57 @@ TEST(Replay, TheSameRecordingGivesTheSameBitsTwiceT13) {
   EXPECT_GT(first.frames.size(), 20u);
   EXPECT_EQ(first.frames, second.frames);
   EXPECT_FALSE(first.error.has_value());
+}
+
+TEST(Replay, EverySpeedGivesTheSameBitsT13) {
+  const test::TemporaryDirectory folder;
+  record_session(folder.path() / "a.rec");
+  DaemonOptions options = replaying(folder.path() / "a.rec");
+  const Replayed fast = run(options, folder.path());
+  std::vector<double> seconds;
+  for (const double speed : {1.0, 100.0}) {
+    options.speed = speed;
+    const auto began = std::chrono::steady_clock::now();
+    EXPECT_EQ(run(options, folder.path()).frames, fast.frames) << "at speed " << speed;
+    seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
+  }
+  EXPECT_GT(seconds[0], session_s * 0.8) << "as it was";
+}
+
+TEST(Replay, PensAndMiceAreInTheFramesT13) {
+  const test::TemporaryDirectory folder;
+  record_session(folder.path() / "a.rec");
+  const Replayed replayed = run(replaying(folder.path() / "a.rec"), folder.path());
+  ASSERT_FALSE(replayed.frames.empty());
+  v1::TrackingFrame last;
+  ASSERT_TRUE(last.ParseFromString(replayed.frames.back()));
+  std::set<std::string> devices;
+  for (const v1::DeviceHealth& device : last.devices())
+    if (device.samples() > 0) devices.insert(device.device());
+  EXPECT_EQ(devices, (std::set<std::string>{"camera/head", "camera/left", "camera/right", "glove", "pen",
+                                            "space_mouse"}));
+  EXPECT_TRUE(last.has_pen());
+  EXPECT_TRUE(last.has_space_mouse());
+}
+
+TEST(Replay, SeveralTimesOverGoesOnInTime) {
+  const test::TemporaryDirectory folder;
+  record_session(folder.path() / "a.rec");
+  DaemonOptions options = replaying(folder.path() / "a.rec");
+  options.repeat = 3;
+  const Replayed replayed = run(options, folder.path());
+  EXPECT_TRUE(replayed.ended);
+  std::int64_t time = 0;
+  std::uint64_t sequence = 0;
+  for (const std::string& bytes : replayed.frames) {
+    v1::TrackingFrame frame;
+    ASSERT_TRUE(frame.ParseFromString(bytes));
+    EXPECT_GE(frame.capture_time_ns(), time);
+    EXPECT_EQ(frame.sequence(), sequence + 1);
+    time = frame.capture_time_ns();
+    sequence = frame.sequence();
+  }
+  EXPECT_GT(static_cast<double>(time) * 1e-9, 5.0 + 3 * session_s * 0.9);
 }
 
 TEST(Replay, WhatALiveRunPublishedComesAgainFromItsRecordingT13) {
