@@ -24,46 +24,67 @@ IconDragGesture::IconDragGesture(Workbench& workbench, NearIcon picked)
   if (curve_) length_m_ = length_m(model::icon_outline(*icon, *shape->surface));
 }
 
-v1::Operation IconDragGesture::operation(const Eigen::Vector3d& translation, double potentiometer) const {
+v1::Operation IconDragGesture::operation(const Way& way) const {
   v1::Operation operation;
   v1::DragIcon& drag = *operation.mutable_drag_icon();
   drag.set_entity(picked_.name.entity);
   drag.set_icon(picked_.name.icon);
-  set_vec3(*drag.mutable_translation(), translation);
-  if (curve_ && length_m_ > 0 && potentiometer < 1 - workbench_.options.dial_slack) {
+  set_vec3(*drag.mutable_translation(), way.translation);
+  if (curve_ && length_m_ > 0 && way.potentiometer < 1 - workbench_.options.dial_slack) {
     drag.set_held_at(picked_.along);
-    drag.set_reach_m(length_m_ * std::max(potentiometer, workbench_.options.least_bend));
+    drag.set_reach_m(length_m_ * std::max(way.potentiometer, workbench_.options.least_bend));
   } else if (turns_) {
-    drag.mutable_rotation()->set_w(turn_.w());
-    drag.mutable_rotation()->set_x(turn_.x());
-    drag.mutable_rotation()->set_y(turn_.y());
-    drag.mutable_rotation()->set_z(turn_.z());
+    drag.mutable_rotation()->set_w(way.turn.w());
+    drag.mutable_rotation()->set_x(way.turn.x());
+    drag.mutable_rotation()->set_y(way.turn.y());
+    drag.mutable_rotation()->set_z(way.turn.z());
   }
   return operation;
+}
+
+bool IconDragGesture::still_closing(const HandFrame& frame, const FingertipPositions& fingertips) const {
+  const InteractionOptions& options = workbench_.options;
+  if (frame.sample.capture_time - closed_at_ > options.fist_folds_for) return false;
+  const auto opening = hand_opening(grasped_, fingertips);
+  return opening && *opening < 1 - options.fist_slack;
 }
 
 Result<Preview> IconDragGesture::on_frame(const HandFrame& frame) {
   if (!frame.fist_centre) return Preview::unseen;
   const FingertipPositions fingertips = fingertip_positions(frame.sample);
-  if (!grasped_at_) {
+  const bool first = !grasped_at_;
+  if (first) closed_at_ = frame.sample.capture_time;
+  if (first || still_closing(frame, fingertips)) {
     grasped_at_ = frame.fist_centre;
     grasped_ = fingertips;
-    return Preview::changed;  // It is selected now.
+    last_ = {};
+    steady_.reset();
+    if (first) return Preview::changed;  // It is selected now.
   }
   if (held().empty()) return Preview::same;
-  if (const auto turn = hand_turn(grasped_, fingertips)) turn_ = *turn;
-  const Eigen::Vector3d translation = *frame.fist_centre - *grasped_at_;
+  if (const auto turn = hand_turn(grasped_, fingertips)) last_.turn = *turn;
+  last_.time = frame.sample.capture_time;
+  last_.translation = *frame.fist_centre - *grasped_at_;
+  last_.potentiometer = frame.sample.potentiometer;
+  const InteractionOptions& options = workbench_.options;
   const bool still =
-      translation.norm() < workbench_.options.icon_slack_m &&
-      (!turns_ || turn_.angularDistance(Eigen::Quaterniond::Identity()) < workbench_.options.icon_slack_rad);
+      last_.translation.norm() < options.icon_slack_m &&
+      (!turns_ || last_.turn.angularDistance(Eigen::Quaterniond::Identity()) < options.icon_slack_rad);
   if (!begun() && still) return Preview::same;
-  const Status status = air_.amend(operation(translation, frame.sample.potentiometer));
+  const Status status = air_.amend(operation(last_));
   refused_ = status ? std::string() : status.error().message;
+  const auto opening = hand_opening(grasped_, fingertips);
+  if (status && (!opening || *opening < 1 + options.fist_slack)) steady_ = last_;
   return Preview::changed;
 }
 
 Result<std::optional<model::Submitted>> IconDragGesture::commit() {
   if (!begun()) return std::optional<model::Submitted>();
+  if (steady_ && steady_->time < last_.time &&
+      last_.time - steady_->time <= workbench_.options.fist_folds_for) {
+    // Accepted once; were it refused now, the last good one would stay.
+    static_cast<void>(air_.amend(operation(*steady_)));
+  }
   return air_.commit();
 }
 

@@ -4,6 +4,10 @@
 // is one DragIcon from where the hand closed. Nothing happens before the fist has really moved, so that an
 // icon may be picked without being nudged. What is not driven by a hand is only selected.
 //
+// A glove tells of a fist when the fingertips touch the palm: the last of the way they still fold, and before
+// it tells that the fist opens they have begun to unfold. Their mean goes 4 to 6 mm meanwhile, though the
+// hand does not. So a drag begins where the fist has closed, and is committed as it was before it opened.
+//
 // A curve icon goes along whole while the potentiometer is turned all the way up. Turned down it bends: the
 // place that was nearest to the fist as it closed goes along, and the drag reaches as far along the curve to
 // both sides as that share of its length (eq. 4's falloff); a bent curve does not turn. The potentiometer may
@@ -15,6 +19,7 @@
 #include <optional>
 #include <string>
 
+#include "common/base/clock.h"
 #include "server-model/interaction/air_operation.h"
 #include "server-model/interaction/gesture.h"
 #include "server-model/interaction/hand_turn.h"
@@ -39,7 +44,15 @@ class IconDragGesture final : public Gesture {
   const IconName& held() const { return hold_.name(); }
 
  private:
-  v1::Operation operation(const Eigen::Vector3d& translation, double potentiometer) const;
+  /// Where a frame takes the icon.
+  struct Way {
+    TimePoint time;
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< The last one that was known.
+    double potentiometer = 1.0;
+  };
+  v1::Operation operation(const Way& way) const;
+  bool still_closing(const HandFrame& frame, const FingertipPositions& fingertips) const;
 
   Workbench& workbench_;
   NearIcon picked_;
@@ -50,8 +63,10 @@ class IconDragGesture final : public Gesture {
   double length_m_ = 0;  ///< Of a curve.
   std::optional<Eigen::Vector3d> grasped_at_;
   FingertipPositions grasped_;
-  Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();  ///< The last one that was known.
-  std::string refused_;                                       ///< Why the last frame was; empty: it was not.
+  TimePoint closed_at_;
+  Way last_;
+  std::optional<Way> steady_;  ///< The last with the fist as closed as it was.
+  std::string refused_;        ///< Why the last frame was; empty: it was not.
 };
 
 }  // namespace handloft::interaction

@@ -76,6 +76,11 @@ struct InteractionOptions {
   /// A fist that holds an icon has moved when it moved or turned this much: it trembles less.
   double icon_slack_m = 0.002;
   double icon_slack_rad = 0.05;
+  /// A fist that holds an icon keeps its shape to this share; beyond it, fingers fold or unfold: three times
+  /// the tracking's noise.
+  double fist_slack = 0.03;
+  /// Folding and unfolding that the glove does not tell of lasts no longer.
+  Duration fist_folds_for = std::chrono::milliseconds(250);
   double least_bend = 0.05;     ///< Of a curve's length: the reach of a bend at the potentiometer's bottom.
   double icon_tap_m = 0.01;     ///< A tap this close to an icon means that one, not another beside it.
   double icon_curve_m = 0.008;  ///< A press that goes farther from where it began than this is no tap.

@@ -88,6 +88,18 @@ inline v1::TrackingFrame turned(v1::TrackingFrame frame, const Eigen::Matrix3d& 
   return frame;
 }
 
+/// `frame` with its hand's fingertips so many times as far from the middle finger's: a fist that opens. Their
+/// mean goes along, since the middle finger is at the hand's edge.
+inline v1::TrackingFrame opened(v1::TrackingFrame frame, double times) {
+  v1::HandState& hand = *frame.mutable_hands(0);
+  const int count = hand.fingertip_positions_size() / 3;
+  Eigen::Map<Eigen::Matrix3Xd> tips(hand.mutable_fingertip_positions()->mutable_data(), 3, count);
+  constexpr int middle = 2;
+  const Eigen::Vector3d fixed = tips.col(middle);
+  tips = ((times * (tips.colwise() - fixed)).colwise() + fixed).eval();
+  return frame;
+}
+
 /// Takes a fingertip out of sight.
 inline v1::TrackingFrame without_finger(v1::TrackingFrame frame, int finger) {
   frame.mutable_hands(0)->set_fingertip_states(finger, v1::TRACKING_LOST);

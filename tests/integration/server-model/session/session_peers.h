@@ -6,11 +6,15 @@
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <condition_variable>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/codec/point_codec.h"
 #include "common/net/message_client.h"
@@ -116,15 +120,34 @@ class Peer {
   std::optional<net::SyncClient> client_;
 };
 
-/// A tracking daemon as far as a subscriber can tell: five strokes on one shape, one frame of them lost.
+/// Five strokes on one shape, one frame of them lost.
+inline std::vector<v1::TrackingFrame> five_strokes() {
+  std::vector<v1::TrackingFrame> frames;
+  test::HandScript script;
+  for (int i = 0; i < 300; ++i) {
+    v1::TrackingFrame frame = i % 60 == 59 ? script.resting() : script.laying({0.001 * i, 0.0, 0.1});
+    if (i == 100) continue;  // one that gets lost
+    frame.set_end_of_recording(i == 299);
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+/// A tracking daemon as far as a subscriber can tell, which has these frames to give.
 class FakeDaemon {
  public:
   FakeDaemon(boost::asio::io_context& context, const net::Endpoint& endpoint, const Clock& clock,
-             const Logger& log) {
+             const Logger& log, std::vector<v1::TrackingFrame> frames = five_strokes())
+      : frames_(std::move(frames)) {
     net::ServerEvents events;
     events.on_message = [this](const net::ConnectionPtr& connection, const v1::Envelope& envelope) -> Status {
       if (envelope.has_subscribe() && envelope.subscribe().delivery() == v1::Subscribe::EVERY)
         publish(connection);
+      if (envelope.has_glove_feedback()) {
+        const std::lock_guard lock(mutex_);
+        feedback_.push_back(envelope.glove_feedback());
+        told_.notify_all();
+      }
       return {};
     };
     auto server =
@@ -133,17 +156,25 @@ class FakeDaemon {
     server_ = *std::move(server);
   }
 
+  /// Waits until it was told so many times what the glove should do; what it was told.
+  std::vector<v1::GloveFeedback> feedback(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    told_.wait_for(lock, patience, [&] { return feedback_.size() >= count; });
+    return feedback_;
+  }
+
  private:
   void publish(const net::ConnectionPtr& connection) const {
-    test::HandScript script;
-    for (int i = 0; i < 300; ++i) {
+    for (const v1::TrackingFrame& frame : frames_) {
       v1::Envelope envelope;
-      *envelope.mutable_tracking() = i % 60 == 59 ? script.resting() : script.laying({0.001 * i, 0.0, 0.1});
-      if (i == 100) continue;  // one that gets lost
-      if (i == 299) envelope.mutable_tracking()->set_end_of_recording(true);
+      *envelope.mutable_tracking() = frame;
       connection->send(envelope);
     }
   }
+  std::vector<v1::TrackingFrame> frames_;
+  std::mutex mutex_;
+  std::condition_variable told_;
+  std::vector<v1::GloveFeedback> feedback_;
   std::unique_ptr<net::MessageServer> server_;
 };
 

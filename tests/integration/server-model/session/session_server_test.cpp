@@ -299,6 +299,37 @@ TEST_F(SessionTest, every_frame_of_a_recording_arrives_and_gaps_are_counted) {
   EXPECT_THAT(report, HasSubstr("\"gaps\": 1"));
 }
 
+TEST_F(SessionTest, D19_the_daemon_is_told_what_the_glove_should_let_the_hand_feel) {
+  Peer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
+  v1::Operation sheet;
+  sheet.mutable_create_sculpt_surface()->set_id("sheet");
+  sheet.mutable_create_sculpt_surface()->mutable_rectangle()->set_width_m(0.4);
+  sheet.mutable_create_sculpt_surface()->mutable_rectangle()->set_depth_m(0.3);
+  editor.submit(1, sheet);
+  v1::Operation icon;
+  icon.mutable_add_icon()->set_entity("sheet");
+  icon.mutable_add_icon()->add_places();
+  editor.submit(2, icon);
+  ASSERT_TRUE(editor.read_ack(2));
+  ASSERT_FALSE(editor.acks[2].has_failure()) << editor.acks[2].failure().message();
+  test::HandScript script;
+  std::vector<v1::TrackingFrame> frames{script.resting({0, 0, 0.02})};
+  for (int i = 0; i < 10; ++i) frames.push_back(script.closed({0, 0, 0.02 + 0.002 * i}));
+  frames.push_back(script.resting({0, 0, 0.3}));
+  net::Endpoint endpoint;
+  endpoint.path = (folder_ / "tracking.sock").string();
+  FakeDaemon daemon(context_, endpoint, clock_, log_, std::move(frames));
+  const TrackingLink link(endpoint, server_->actor(), clock_, log_);
+  const std::vector<v1::GloveFeedback> told = daemon.feedback(2);
+  ASSERT_EQ(told.size(), 2U) << "picked and let go";
+  for (const v1::GloveFeedback& each : told) {
+    EXPECT_GT(each.vibration(), 0.0);
+    EXPECT_LE(each.vibration(), 0.5);
+    EXPECT_GT(each.vibration_ms(), 0U);
+    EXPECT_LE(each.vibration_ms(), 60U);
+  }
+}
+
 TEST_F(SessionTest, U7_a_script_drives_a_running_server) {
   auto target = RemoteTarget::connect(unix_endpoint(), clock_);
   ASSERT_TRUE(target.ok()) << target.error().describe();

@@ -242,5 +242,31 @@ TEST_F(IconDragTest, a_fist_far_from_icons_pushes_shapes_as_ever) {
   EXPECT_EQ(height(sheet(), 0, 0), 0);
 }
 
+// The glove tells of a fist before it has closed and after it has begun to open: meanwhile the fingertips'
+// mean goes where the hand does not.
+TEST_F(IconDragTest, D19_fingers_that_fold_and_unfold_move_no_icon) {
+  const Vector3d grip(0, 0, 0.12), way(0.01, 0, 0.03);
+  for (const double times : {1.2, 1.1, 1.05, 1.0}) send(test::opened(script_.closed(grip), times));
+  for (int i = 0; i <= 10; ++i) send(script_.closed(grip + way * i / 10.0));
+  ASSERT_LT((seen()->find_icon("p")->translation - way).norm(), 1.5e-3);
+  for (const double times : {1.05, 1.1, 1.2}) send(test::opened(script_.closed(grip + way), times));
+  EXPECT_GT((seen()->find_icon("p")->translation - way).norm(), 3e-3) << "negative control: the mean moves";
+  rest();
+  EXPECT_EQ(steps(), steps_ + 1);
+  // Folds of less than the slack are not told from noise.
+  EXPECT_LT((icon("p").translation - way).norm(), 1.5e-3);
+}
+
+TEST_F(IconDragTest, what_a_hand_does_with_fingers_long_unfolded_counts) {
+  const Vector3d grip(0, 0, 0.12), way(0, 0, 0.02);
+  for (int i = 0; i <= 20; ++i) {
+    const v1::TrackingFrame frame = script_.closed(grip + way * i / 20.0);
+    send(i < 6 ? frame : test::opened(frame, 1.1));
+  }
+  const Vector3d last = seen()->find_icon("p")->translation;
+  rest();
+  EXPECT_LT((icon("p").translation - last).norm(), 1e-12) << "it held so for longer than opening takes";
+}
+
 }  // namespace
 }  // namespace handloft::interaction
