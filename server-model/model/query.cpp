@@ -11,23 +11,13 @@
 #include "server-model/model/sculpt_place.h"
 #include "server-model/model/sculpt_query.h"
 #include "server-model/model/validate.h"
+#include "server-model/model/vector_message.h"
 
 namespace handloft::model {
 
 namespace v1 = handloft::v1;
 
 namespace {
-
-void write(const geometry::Vec3& from, v1::Vec3& to) {
-  to.set_x(from.x());
-  to.set_y(from.y());
-  to.set_z(from.z());
-}
-
-void write(const geometry::Vec2& from, v1::Vec2& to) {
-  to.set_x(from.x());
-  to.set_y(from.y());
-}
 
 v1::Representation to_proto(Representation representation) {
   switch (representation) {
@@ -55,10 +45,10 @@ Result<v1::QueryResult> surface(const v1::SurfaceQuery& query, const Document& d
   v1::QueryResult result;
   v1::SurfaceResult& out = *result.mutable_surface();
   out.set_entity(shape.id);
-  write(fit.frame.origin, *out.mutable_frame()->mutable_origin());
-  write(fit.frame.x_axis(), *out.mutable_frame()->mutable_x());
-  write(fit.frame.y_axis(), *out.mutable_frame()->mutable_y());
-  write(fit.frame.normal(), *out.mutable_frame()->mutable_z());
+  write_vector(fit.frame.origin, *out.mutable_frame()->mutable_origin());
+  write_vector(fit.frame.x_axis(), *out.mutable_frame()->mutable_x());
+  write_vector(fit.frame.y_axis(), *out.mutable_frame()->mutable_y());
+  write_vector(fit.frame.normal(), *out.mutable_frame()->mutable_z());
   out.set_degree(static_cast<std::uint32_t>(fit.surface.degree()));
   out.set_requested_degree(fit.requested_degree);
   for (const double coefficient : fit.surface.coefficients()) out.add_coefficients(coefficient);
@@ -70,8 +60,8 @@ Result<v1::QueryResult> surface(const v1::SurfaceQuery& query, const Document& d
   out.set_point_count(static_cast<std::uint32_t>(shape.points.size()));
   out.set_stale(shape.stale);
   out.set_superellipse_exponent(shape.superellipse_exponent);
-  write(fit.box.centre, *out.mutable_box_centre());
-  write(fit.box.half_extent, *out.mutable_box_half_extent());
+  write_vector(fit.box.centre, *out.mutable_box_centre());
+  write_vector(fit.box.half_extent, *out.mutable_box_half_extent());
   out.set_frame_drift_rad(fit.frame_drift_rad);
   for (const double rms : fit.cross_validated_rms_m) out.add_cross_validated_rms_m(rms);
   const auto trim = shape.trim();
@@ -116,8 +106,8 @@ Result<v1::QueryResult> evaluate(const v1::EvaluateQuery& query, const Document&
                         "found a place where the surface leaves the range of numbers",
                         fmt::format("evaluate.at[{}]", i));
     }
-    write(position, *out.add_positions());
-    write(normal, *out.add_normals());
+    write_vector(position, *out.add_positions());
+    write_vector(normal, *out.add_normals());
     out.add_opacity(trim->opacity({x, y}));
   }
   return result;
@@ -141,8 +131,8 @@ Result<v1::QueryResult> pick(const v1::PickQuery& query, const Document& documen
       if (!hit) return hit.error();
       if (!*hit || (!out.entity().empty() && (*hit)->distance_m >= out.distance_m())) continue;
       out.set_entity(id);
-      write((*hit)->place, *out.mutable_position());
-      write(surface->surface->normal((*hit)->uv.x(), (*hit)->uv.y()), *out.mutable_normal());
+      write_vector((*hit)->place, *out.mutable_position());
+      write_vector(surface->surface->normal((*hit)->uv.x(), (*hit)->uv.y()), *out.mutable_normal());
       out.set_distance_m((*hit)->distance_m);
       continue;
     }
@@ -153,8 +143,8 @@ Result<v1::QueryResult> pick(const v1::PickQuery& query, const Document& documen
     const auto hit = geometry::pick_surface(shape->fit->surface, shape->fit->frame, *trim, origin, direction);
     if (!hit || (!out.entity().empty() && hit->distance_m >= out.distance_m())) continue;
     out.set_entity(id);
-    write(hit->position, *out.mutable_position());
-    write(hit->normal, *out.mutable_normal());
+    write_vector(hit->position, *out.mutable_position());
+    write_vector(hit->normal, *out.mutable_normal());
     out.set_distance_m(hit->distance_m);
   }
   return result;
@@ -178,7 +168,7 @@ Result<v1::QueryResult> points(const v1::PointsQuery& query, const Document& doc
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     const DualPoint& point = shape.points[i];
     v1::PointResult& to = *out.add_points();
-    write(point.position(), *to.mutable_position());
+    write_vector(point.position(), *to.mutable_position());
     to.set_pressure(point.pressure);
     to.set_residual_m(shape.residual_m(i));
     to.set_stroke(point.stroke);

@@ -8,6 +8,7 @@
 #include "server-model/model/bspline_message.h"
 #include "server-model/model/operations/sculpting.h"
 #include "server-model/model/sculpt_solve.h"
+#include "server-model/model/vector_message.h"
 
 namespace handloft::model {
 
@@ -15,26 +16,15 @@ namespace v1 = handloft::v1;
 
 namespace {
 
-void write(const geometry::Vec3& from, v1::Vec3& to) {
-  to.set_x(from.x());
-  to.set_y(from.y());
-  to.set_z(from.z());
-}
-
-void write(const geometry::Vec2& from, v1::Vec2& to) {
-  to.set_x(from.x());
-  to.set_y(from.y());
-}
-
 void write(const SculptIcon& icon, const geometry::BSplineSurface& surface, v1::SculptIconInfo& to) {
   to.set_id(icon.id);
   to.set_shape(to_proto(icon.shape));
   to.set_role(to_proto(icon.role));
   to.set_property(to_proto(icon.property));
   to.set_state(to_proto(icon.state));
-  for (const geometry::Vec2& parameter : icon.parameters) write(parameter, *to.add_parameters());
-  write(icon.place, *to.mutable_place());
-  write(icon_direction(icon, surface), *to.mutable_direction());
+  for (const geometry::Vec2& parameter : icon.parameters) write_vector(parameter, *to.add_parameters());
+  write_vector(icon.place, *to.mutable_place());
+  write_vector(icon_direction(icon, surface), *to.mutable_direction());
   to.set_stiffness(icon.stiffness);
   for (const std::string& sensor : icon.sensors) to.add_sensors(sensor);
   to.set_label(std::string(icon_label(icon)));
@@ -55,8 +45,8 @@ Result<v1::QueryResult> sculpt(const v1::SculptQuery& query, const Document& doc
   out.set_control_v(static_cast<std::uint32_t>(surface.v.control_count()));
   out.set_degree_u(static_cast<std::uint32_t>(surface.u.degree()));
   out.set_degree_v(static_cast<std::uint32_t>(surface.v.degree()));
-  write(geometry::Vec2(surface.u.lower(), surface.v.lower()), *out.mutable_lower());
-  write(geometry::Vec2(surface.u.upper(), surface.v.upper()), *out.mutable_upper());
+  write_vector(geometry::Vec2(surface.u.lower(), surface.v.lower()), *out.mutable_lower());
+  write_vector(geometry::Vec2(surface.u.upper(), surface.v.upper()), *out.mutable_upper());
   double most = 0;
   for (std::size_t i = 0; i < surface.control.size(); ++i) {
     most = std::max(most, (surface.control[i] - shape.rest->control[i]).norm());
@@ -87,9 +77,9 @@ Result<v1::QueryResult> evaluate_sculpt(const v1::EvaluateQuery& query, const Sc
                         fmt::format("found ({}, {}), expected finite numbers", u, v),
                         fmt::format("evaluate.at[{}]", i));
     }
-    write(shape.surface->evaluate(u, v), *out.add_positions());
+    write_vector(shape.surface->evaluate(u, v), *out.add_positions());
     const geometry::Vec3 normal = shape.surface->normal(u, v);
-    write(shape.reversed ? geometry::Vec3(-normal) : normal, *out.add_normals());
+    write_vector(shape.reversed ? geometry::Vec3(-normal) : normal, *out.add_normals());
     out.add_opacity(1);
   }
   return result;

@@ -13,6 +13,7 @@
 #include "server-model/model/sculpt_border.h"
 #include "server-model/model/sculpt_solve.h"
 #include "server-model/model/validate.h"
+#include "server-model/model/vector_message.h"
 
 namespace handloft::model {
 
@@ -253,11 +254,7 @@ Result<Outcome> add_icon(const Document& document, const v1::AddIcon& request, c
   effective.set_id(icon.id);
   effective.clear_places();
   effective.clear_parameters();
-  for (const Vec2& p : icon.parameters) {
-    v1::Vec2& stored = *effective.add_parameters();
-    stored.set_x(p.x());
-    stored.set_y(p.y());
-  }
+  for (const Vec2& p : icon.parameters) write_vector(p, *effective.add_parameters());
   if (request.has_create()) effective.mutable_create()->set_id(shape.id);
   outcome.words = fmt::format("Add {} to \"{}\"", describe(icon), shape.name);
   put_icon(shape, shape.icons->size(), std::move(icon));
