@@ -132,7 +132,7 @@ namespace {
 /// round is a call each.
 template <typename Integer>
 Integer nearest(double value) {
-  return static_cast<Integer>(value + 0.5);
+  return static_cast<Integer>(value + 0.5);  // NOLINT(bugprone-incorrect-roundings): see above.
 }
 
 /// Everything but the triangles. Precondition: check_vertices().

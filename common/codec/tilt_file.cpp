@@ -30,8 +30,8 @@ constexpr std::uint32_t fixed_size_extensions = 0xffff;
 constexpr std::uint32_t point_pressure = 0x1;
 constexpr std::uint32_t point_time = 0x2;
 
-constexpr std::size_t point_bytes = 7U * 4U;   ///< Position and orientation, without extensions.
-constexpr std::size_t stroke_bytes = 9U * 4U;  ///< Index, colour, size, two masks, point count.
+constexpr std::size_t point_bytes = std::size_t{7} * 4;   ///< Position and orientation, without extensions.
+constexpr std::size_t stroke_bytes = std::size_t{9} * 4;  ///< Index, colour, size, two masks, point count.
 
 static_assert(std::endian::native == std::endian::little, "the format's byte order is read directly");
 

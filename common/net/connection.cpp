@@ -222,6 +222,7 @@ Status ServerConnection::shake_hands() {
   const std::vector<v1::Role>& roles = shared_->options.roles;
   if (!roles.empty() && std::find(roles.begin(), roles.end(), hello.role()) == roles.end()) {
     std::vector<std::string> names;
+    names.reserve(roles.size());
     for (const v1::Role role : roles) names.push_back(v1::Role_Name(role));
     return make_error(
         ErrorCode::permission_denied,

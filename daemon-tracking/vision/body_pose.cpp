@@ -60,7 +60,7 @@ void add_square_poses(const BodyView& view, std::size_t first, std::vector<Eigen
   const std::vector<cv::Point3d> square{
       {-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
   std::vector<cv::Point2d> image;
-  for (std::size_t corner : {3, 2, 1, 0}) {
+  for (const std::size_t corner : {3U, 2U, 1U, 0U}) {
     const auto point = view.camera->unproject(view.corners[first + corner].pixel);
     if (!point) return;
     image.emplace_back(point->x(), point->y());

@@ -68,6 +68,7 @@ Reach reach_closed(const KnotVector& knots, double lower, double upper) {
     const double from = knots.knots()[i];
     const double to = knots.knots()[i + static_cast<std::size_t>(knots.degree()) + 1];
     const double last_turn = std::ceil((upper - from) / period);
+    // NOLINTNEXTLINE(clang-analyzer-security.FloatLoopCounter): whole turns, which doubles count exactly.
     for (double turn = std::floor((lower - to) / period); turn <= last_turn; ++turn) {
       const double start = from + turn * period, end = to + turn * period;
       if (start < upper - eps && end > lower + eps) result.in[i] = true;

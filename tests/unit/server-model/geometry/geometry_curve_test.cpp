@@ -138,7 +138,7 @@ TEST(Resample, A18_SpacingIsEven) {
     const double t = std::pow(i / 400.0, 2.0);
     curve.push_back({0.2 * t, 0.02 * std::sin(6 * t), 0.01 * std::cos(4 * t)});
   }
-  for (const std::size_t count : {50, 100, 1000}) {
+  for (const std::size_t count : {50U, 100U, 1000U}) {
     const auto even = resample_evenly(curve, count);
     ASSERT_TRUE(even.ok());
     ASSERT_EQ(even->size(), count);
