@@ -16,6 +16,7 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <thread>
 #include <utility>
@@ -109,6 +110,13 @@ std::optional<PluggedDevice> read_device(udev_device* device) {
   return out;
 }
 
+std::string first_line(const std::string& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  return line;
+}
+
 /// USB devices by libusb, on the thread that calls handle_events().
 class UsbWatcher {
  public:
@@ -153,6 +161,12 @@ class UsbWatcher {
     out.path_id = fmt::format("usb-{}", libusb_get_bus_number(device));
     for (int i = 0; i < count; ++i)
       out.path_id += fmt::format("{}{}", i == 0 ? '-' : '.', ports[static_cast<std::size_t>(i)]);
+    if (event == LIBUSB_HOTPLUG_EVENT_DEVICE_ARRIVED && count > 0) {
+      // The kernel has read its strings already, and anybody may read them here without opening the device.
+      const std::string folder = "/sys/bus/usb/devices/" + out.path_id.substr(std::strlen("usb-"));
+      out.serial = first_line(folder + "/serial");
+      out.name = first_line(folder + "/product");
+    }
     libusb_device_descriptor descriptor{};
     if (libusb_get_device_descriptor(device, &descriptor) == 0) {
       out.vendor_id = descriptor.idVendor;

@@ -79,6 +79,7 @@ class HidGlove final : public GloveSource {
     out.what = glove_name;
     out.silence = SilentDevice::suspicious;
     out.silent_after = options.silent_after;
+    out.wait_for_hidraw = options.wait_for_hidraw;
     out.max_report = glove_report_size;
     return out;
   }

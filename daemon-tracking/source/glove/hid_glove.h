@@ -22,7 +22,8 @@ struct HidGloveOptions {
   std::string serial;  ///< Of the one glove that is meant; empty: the first that comes.
   std::uint16_t vendor_id = glove_usb_vendor;
   std::uint16_t product_id = glove_usb_product;
-  Duration silent_after = std::chrono::seconds(1);  ///< See HidReaderOptions.
+  Duration silent_after = std::chrono::seconds(1);     ///< See HidReaderOptions.
+  Duration wait_for_hidraw = std::chrono::seconds(3);  ///< See HidReaderOptions.
 };
 
 /// `hotplug` must watch "hidraw", and "usb" for the fallback; it and `clock` must outlive the source. start()

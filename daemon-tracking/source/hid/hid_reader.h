@@ -42,9 +42,10 @@ struct HidReaderOptions {
   std::string what = "device";  ///< "glove", in messages and as the log's component.
   Duration first_back_off = std::chrono::milliseconds(50);
   Duration last_back_off = std::chrono::seconds(1);
-  /// A USB device is opened through libusb when no hidraw node of it has come for this long: udev makes nodes
-  /// within some 50 ms.
-  Duration wait_for_hidraw = std::chrono::milliseconds(500);
+  /// A USB device is opened through libusb when no hidraw node of it has come for this long. udev makes nodes
+  /// within some 50 ms, but seconds on a busy computer, and libusb would take the device from the kernel's
+  /// driver.
+  Duration wait_for_hidraw = std::chrono::seconds(3);
   SilentDevice silence = SilentDevice::fine;
   Duration silent_after = std::chrono::seconds(1);  ///< Some 250 reports of a glove.
   std::size_t max_report = 64;

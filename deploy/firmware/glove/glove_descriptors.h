@@ -1,5 +1,5 @@
-/* What the glove says of itself over USB (USB 2.0 chapter 9, HID 1.11). Plain constants, so that the tests of the daemon
- * read the very bytes that the glove sends. */
+/* What the glove says of itself over USB (USB 2.0 chapter 9, HID 1.11). Plain constants, so that the tests of
+ * the daemon read the very bytes that the glove sends. */
 #ifndef HANDLOFT_GLOVE_DESCRIPTORS_H
 #define HANDLOFT_GLOVE_DESCRIPTORS_H
 

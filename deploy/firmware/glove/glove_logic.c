@@ -1,24 +1,24 @@
 #include "glove_logic.h"
 
-static void put16(uint8_t *to, uint16_t value) {
+static void put16(uint8_t* to, uint16_t value) {
   to[0] = (uint8_t)value;
   to[1] = (uint8_t)(value >> 8);
 }
 
-static void put32(uint8_t *to, uint32_t value) {
+static void put32(uint8_t* to, uint32_t value) {
   put16(to, (uint16_t)value);
   put16(to + 2, (uint16_t)(value >> 16));
 }
 
-static uint16_t get16(const uint8_t *from) {
+static uint16_t get16(const uint8_t* from) {
   return (uint16_t)(from[0] | (uint16_t)((uint16_t)from[1] << 8));
 }
 
-static uint32_t get32(const uint8_t *from) {
+static uint32_t get32(const uint8_t* from) {
   return get16(from) | (uint32_t)get16(from + 2) << 16;
 }
 
-uint32_t glove_crc32(const uint8_t *bytes, uint8_t size) {
+uint32_t glove_crc32(const uint8_t* bytes, uint8_t size) {
   /* Half a byte at a time: 64 bytes of table, and 60 bytes take some 0.3 ms at 16 MHz. */
   static const uint32_t table[16] = {
       0x00000000, 0x1DB71064, 0x3B6E20C8, 0x26D930AC, 0x76DC4190, 0x6B6B51F4, 0x4DB26158, 0x5005713C,
@@ -33,7 +33,7 @@ uint32_t glove_crc32(const uint8_t *bytes, uint8_t size) {
   return ~crc;
 }
 
-void glove_pack(const glove_state *state, uint8_t report[GLOVE_REPORT_SIZE]) {
+void glove_pack(const glove_state* state, uint8_t report[GLOVE_REPORT_SIZE]) {
   for (uint8_t i = 0; i < GLOVE_REPORT_SIZE; ++i) report[i] = 0;
   report[0] = GLOVE_REPORT_ID;
   report[1] = GLOVE_VERSION;
@@ -51,7 +51,7 @@ uint16_t glove_contacts(uint8_t pins) {
   return (uint16_t)(~pins & ((1u << GLOVE_PADS) - 1u));
 }
 
-uint16_t glove_median(uint16_t *samples, uint8_t count) {
+uint16_t glove_median(uint16_t* samples, uint8_t count) {
   for (uint8_t i = 1; i < count; ++i) {
     const uint16_t value = samples[i];
     uint8_t at = i;
@@ -61,7 +61,7 @@ uint16_t glove_median(uint16_t *samples, uint8_t count) {
   return samples[count / 2];
 }
 
-void glove_range_default(glove_range *range) {
+void glove_range_default(glove_range* range) {
   range->force_zero = 0;
   range->force_full = GLOVE_ANALOGUE_MAX;
   range->potentiometer_low = 0;
@@ -69,7 +69,7 @@ void glove_range_default(glove_range *range) {
   range->calibrated = false;
 }
 
-void glove_range_pack(const glove_range *range, uint8_t report[GLOVE_RANGE_SIZE]) {
+void glove_range_pack(const glove_range* range, uint8_t report[GLOVE_RANGE_SIZE]) {
   report[0] = GLOVE_RANGE_ID;
   report[1] = GLOVE_VERSION;
   put16(report + 2, range->force_zero);
@@ -80,7 +80,7 @@ void glove_range_pack(const glove_range *range, uint8_t report[GLOVE_RANGE_SIZE]
   put32(report + 12, glove_crc32(report, GLOVE_RANGE_SIZE - 4));
 }
 
-bool glove_range_parse(const uint8_t *report, uint16_t size, glove_range *range) {
+bool glove_range_parse(const uint8_t* report, uint16_t size, glove_range* range) {
   if (size != GLOVE_RANGE_SIZE || report[0] != GLOVE_RANGE_ID || report[1] != GLOVE_VERSION) return false;
   if (get32(report + 12) != glove_crc32(report, GLOVE_RANGE_SIZE - 4)) return false;
   glove_range read;
@@ -92,12 +92,13 @@ bool glove_range_parse(const uint8_t *report, uint16_t size, glove_range *range)
   if (flags > 1) return false;
   read.calibrated = flags == 1;
   if (read.force_full > GLOVE_ANALOGUE_MAX || read.force_zero >= read.force_full) return false;
-  if (read.potentiometer_high > GLOVE_ANALOGUE_MAX || read.potentiometer_low >= read.potentiometer_high) return false;
+  if (read.potentiometer_high > GLOVE_ANALOGUE_MAX || read.potentiometer_low >= read.potentiometer_high)
+    return false;
   *range = read;
   return true;
 }
 
-bool glove_output_parse(const uint8_t *report, uint16_t size, glove_output *output) {
+bool glove_output_parse(const uint8_t* report, uint16_t size, glove_output* output) {
   if (size != GLOVE_OUTPUT_SIZE || report[0] != GLOVE_OUTPUT_ID || report[1] != GLOVE_VERSION) return false;
   const uint16_t length = get16(report + 6);
   if (length > GLOVE_LONGEST_PULSE_MS) return false;
@@ -109,19 +110,19 @@ bool glove_output_parse(const uint8_t *report, uint16_t size, glove_output *outp
   return true;
 }
 
-void glove_pulse_start(glove_pulse *pulse, const glove_output *output, uint32_t now_us) {
+void glove_pulse_start(glove_pulse* pulse, const glove_output* output, uint32_t now_us) {
   pulse->began_us = now_us;
   pulse->length_us = (uint32_t)output->vibration_ms * 1000u;
   pulse->strength = output->vibration;
 }
 
-uint8_t glove_pulse_level(glove_pulse *pulse, uint32_t now_us) {
+uint8_t glove_pulse_level(glove_pulse* pulse, uint32_t now_us) {
   /* A pulse that is over is forgotten, or it would begin again when the clock comes round. */
   if (now_us - pulse->began_us >= pulse->length_us) pulse->strength = 0;
   return pulse->strength;
 }
 
-uint16_t glove_due(glove_schedule *schedule, uint32_t now_us) {
+uint16_t glove_due(glove_schedule* schedule, uint32_t now_us) {
   if (!schedule->started) {
     schedule->started = true;
     schedule->next_us = now_us + GLOVE_REPORT_PERIOD_US;

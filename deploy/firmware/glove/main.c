@@ -11,7 +11,7 @@
 enum { FORCE_CHANNEL = 6, POTENTIOMETER_CHANNEL = 7 };
 
 /* A quarter of the EEPROM's start is left free: bootloaders and other sketches use its first bytes. */
-static uint8_t *const stored_range = (uint8_t *)256;
+static uint8_t* const stored_range = (uint8_t*)256;
 
 static glove_range range;
 static glove_pulse pulse;
@@ -50,7 +50,7 @@ static void sensors_begin(void) {
   /* PF4 to PF7 are JTAG's after a reset, unless a fuse says no: written twice within four cycles. */
   MCUCR = 1 << JTD;
   MCUCR = 1 << JTD;
-  ADMUX = 1 << REFS0;                                             /* Against the supply, as the divider is. */
+  ADMUX = 1 << REFS0; /* Against the supply, as the divider is. */
   ADCSRA = (1 << ADEN) | (1 << ADPS2) | (1 << ADPS1) | (1 << ADPS0); /* By 128: 125 kHz, 104 us each. */
   DIDR0 = (1 << ADC6D) | (1 << ADC7D);
   /* Pads with pull-ups: D2 D3 D4 D7 A2 A3. */
@@ -67,7 +67,8 @@ static uint16_t convert(uint8_t channel) {
     while (ADCSRA & (1 << ADSC)) {
     }
     const uint16_t value = ADC;
-    if (i > 0) samples[i - 1] = value; /* The first after a change of channel still holds some of the other. */
+    if (i > 0)
+      samples[i - 1] = value; /* The first after a change of channel still holds some of the other. */
   }
   return glove_median(samples, GLOVE_SAMPLES);
 }
@@ -124,7 +125,7 @@ static void read_sensors(uint32_t now) {
   state.potentiometer = convert(POTENTIOMETER_CHANNEL);
 }
 
-static uint8_t get_report(uint8_t type, uint8_t id, uint8_t *into) {
+static uint8_t get_report(uint8_t type, uint8_t id, uint8_t* into) {
   if (type == USB_REPORT_FEATURE && id == GLOVE_RANGE_ID) {
     glove_range_pack(&range, into);
     return GLOVE_RANGE_SIZE;
@@ -136,7 +137,7 @@ static uint8_t get_report(uint8_t type, uint8_t id, uint8_t *into) {
   return 0;
 }
 
-static bool set_report(uint8_t type, const uint8_t *report, uint8_t size) {
+static bool set_report(uint8_t type, const uint8_t* report, uint8_t size) {
   if (type == USB_REPORT_OUTPUT) {
     glove_output output;
     if (!glove_output_parse(report, size, &output)) return false;

@@ -10,7 +10,14 @@
 #include "glove_logic.h"
 
 /* Chapter 9 and HID 1.11 section 7.2. */
-enum { GET_STATUS = 0, CLEAR_FEATURE = 1, SET_FEATURE = 3, SET_ADDRESS = 5, GET_DESCRIPTOR = 6, GET_CONFIGURATION = 8 };
+enum {
+  GET_STATUS = 0,
+  CLEAR_FEATURE = 1,
+  SET_FEATURE = 3,
+  SET_ADDRESS = 5,
+  GET_DESCRIPTOR = 6,
+  GET_CONFIGURATION = 8
+};
 enum { SET_CONFIGURATION = 9, GET_INTERFACE = 10, SET_INTERFACE = 11 };
 enum { HID_GET_REPORT = 1, HID_GET_IDLE = 2, HID_GET_PROTOCOL = 3, HID_SET_REPORT = 9, HID_SET_IDLE = 10 };
 enum { HID_SET_PROTOCOL = 11 };
@@ -19,17 +26,23 @@ enum { DESCRIPTOR_REPORT = 0x22 };
 enum { TO_HOST = 0x80, TYPE_MASK = 0x60, TYPE_CLASS = 0x20, RECIPIENT_MASK = 0x1F, RECIPIENT_ENDPOINT = 2 };
 
 /* Endpoint set-up, tables in section 22.18: 64 bytes, allocated. */
-enum { ONE_BANK_64 = (3 << EPSIZE0) | (1 << ALLOC), TWO_BANKS_64 = (3 << EPSIZE0) | (1 << EPBK0) | (1 << ALLOC) };
+enum {
+  ONE_BANK_64 = (3 << EPSIZE0) | (1 << ALLOC),
+  TWO_BANKS_64 = (3 << EPSIZE0) | (1 << EPBK0) | (1 << ALLOC)
+};
 enum { TYPE_INTERRUPT = 3 << EPTYPE0 };
-enum { SERIAL_FIRST = 0x0E, SERIAL_BYTES = 10 }; /* The chip's lot, wafer and place on it, in its signature row. */
-enum { WAIT_LIMIT = 50000 };                     /* Turns of a wait, some 30 ms: a computer that goes meanwhile. */
+enum {
+  SERIAL_FIRST = 0x0E,
+  SERIAL_BYTES = 10
+};                           /* The chip's lot, wafer and place on it, in its signature row. */
+enum { WAIT_LIMIT = 50000 }; /* Turns of a wait, some 30 ms: a computer that goes meanwhile. */
 
 typedef struct {
   uint8_t type, request;
   uint16_t value, index, length;
 } setup_packet;
 
-static const usb_hid_handlers *handlers;
+static const usb_hid_handlers* handlers;
 static uint8_t configuration;
 static bool asleep;
 static uint8_t idle_rate;
@@ -54,20 +67,20 @@ static bool wait_for_bank(void) {
 }
 
 static void acknowledge(void) {
-  UEINTX = (uint8_t)~(1 << TXINI);
+  UEINTX = (uint8_t) ~(1 << TXINI);
 }
 
 /* Where bytes of an answer come from. */
-typedef uint8_t (*byte_at)(const void *from, uint16_t at);
+typedef uint8_t (*byte_at)(const void* from, uint16_t at);
 
-static uint8_t byte_in_flash(const void *from, uint16_t at) {
-  return pgm_read_byte((const uint8_t *)from + at);
+static uint8_t byte_in_flash(const void* from, uint16_t at) {
+  return pgm_read_byte((const uint8_t*)from + at);
 }
-static uint8_t byte_in_ram(const void *from, uint16_t at) {
-  return ((const uint8_t *)from)[at];
+static uint8_t byte_in_ram(const void* from, uint16_t at) {
+  return ((const uint8_t*)from)[at];
 }
 
-static void answer(const void *from, uint16_t size, uint16_t asked, byte_at read) {
+static void answer(const void* from, uint16_t size, uint16_t asked, byte_at read) {
   const uint16_t total = size < asked ? size : asked;
   uint16_t sent = 0;
   bool last_was_full;
@@ -82,14 +95,14 @@ static void answer(const void *from, uint16_t size, uint16_t asked, byte_at read
 }
 
 /* Strings are ASCII in flash, told as UTF-16. */
-static uint8_t byte_of_string(const void *from, uint16_t at) {
-  const char *text = from;
+static uint8_t byte_of_string(const void* from, uint16_t at) {
+  const char* text = from;
   if (at == 0) return (uint8_t)(2 + 2 * strlen_P(text));
   if (at == 1) return DESCRIPTOR_STRING;
   return at % 2 == 0 ? pgm_read_byte(text + (at - 2) / 2) : 0;
 }
 
-static uint8_t byte_of_serial(const void *from, uint16_t at) {
+static uint8_t byte_of_serial(const void* from, uint16_t at) {
   (void)from;
   if (at == 0) return 2 + 2 * 2 * SERIAL_BYTES;
   if (at == 1) return DESCRIPTOR_STRING;
@@ -105,7 +118,7 @@ static uint8_t byte_of_serial(const void *from, uint16_t at) {
 
 static const uint8_t languages[] PROGMEM = {4, DESCRIPTOR_STRING, 0x09, 0x04};
 
-static void get_descriptor(const setup_packet *setup) {
+static void get_descriptor(const setup_packet* setup) {
   const uint8_t kind = (uint8_t)(setup->value >> 8), number = (uint8_t)setup->value;
   switch (kind) {
     case DESCRIPTOR_DEVICE:
@@ -115,7 +128,8 @@ static void get_descriptor(const setup_packet *setup) {
       answer(glove_configuration, sizeof glove_configuration, setup->length, byte_in_flash);
       return;
     case DESCRIPTOR_HID:
-      answer(glove_configuration + GLOVE_HID_DESCRIPTOR_AT, GLOVE_HID_DESCRIPTOR_SIZE, setup->length, byte_in_flash);
+      answer(glove_configuration + GLOVE_HID_DESCRIPTOR_AT, GLOVE_HID_DESCRIPTOR_SIZE, setup->length,
+             byte_in_flash);
       return;
     case DESCRIPTOR_REPORT:
       answer(glove_hid_report_descriptor, sizeof glove_hid_report_descriptor, setup->length, byte_in_flash);
@@ -124,7 +138,7 @@ static void get_descriptor(const setup_packet *setup) {
       if (number == 0) {
         answer(languages, sizeof languages, setup->length, byte_in_flash);
       } else if (number == GLOVE_STRING_MANUFACTURER || number == GLOVE_STRING_PRODUCT) {
-        const char *text = number == GLOVE_STRING_PRODUCT ? glove_product : glove_manufacturer;
+        const char* text = number == GLOVE_STRING_PRODUCT ? glove_product : glove_manufacturer;
         answer(text, (uint16_t)(2 + 2 * strlen_P(text)), setup->length, byte_of_string);
       } else if (number == GLOVE_STRING_SERIAL) {
         answer(0, 2 + 2 * 2 * SERIAL_BYTES, setup->length, byte_of_serial);
@@ -152,7 +166,7 @@ static void configure_endpoints(void) {
 }
 
 /* The data stage of a SET_REPORT; at most one packet, no report of ours is longer. */
-static void set_report(const setup_packet *setup) {
+static void set_report(const setup_packet* setup) {
   uint8_t report[GLOVE_ENDPOINT_0_SIZE];
   if (setup->length == 0 || setup->length > sizeof report) {
     stall();
@@ -164,7 +178,7 @@ static void set_report(const setup_packet *setup) {
   }
   const uint8_t size = UEBCLX < setup->length ? UEBCLX : (uint8_t)setup->length;
   for (uint8_t at = 0; at < size; ++at) report[at] = UEDATX;
-  UEINTX = (uint8_t)~(1 << RXOUTI);
+  UEINTX = (uint8_t) ~(1 << RXOUTI);
   if (handlers->set_report((uint8_t)(setup->value >> 8), report, size)) {
     acknowledge();
   } else {
@@ -172,7 +186,7 @@ static void set_report(const setup_packet *setup) {
   }
 }
 
-static void handle_class(const setup_packet *setup) {
+static void handle_class(const setup_packet* setup) {
   switch (setup->request) {
     case HID_GET_REPORT: {
       uint8_t report[GLOVE_REPORT_SIZE];
@@ -199,7 +213,7 @@ static void handle_class(const setup_packet *setup) {
   }
 }
 
-static void handle_standard(const setup_packet *setup) {
+static void handle_standard(const setup_packet* setup) {
   static const uint8_t zeros[2] PROGMEM = {0, 0};
   const uint8_t recipient = setup->type & RECIPIENT_MASK;
   switch (setup->request) {
@@ -264,7 +278,7 @@ static void handle_setup(void) {
   setup.index |= (uint16_t)((uint16_t)UEDATX << 8);
   setup.length = UEDATX;
   setup.length |= (uint16_t)((uint16_t)UEDATX << 8);
-  UEINTX = (uint8_t)~((1 << RXSTPI) | (1 << RXOUTI) | (1 << TXINI));
+  UEINTX = (uint8_t) ~((1 << RXSTPI) | (1 << RXOUTI) | (1 << TXINI));
   if ((setup.type & TYPE_MASK) == TYPE_CLASS) {
     handle_class(&setup);
   } else if ((setup.type & TYPE_MASK) == 0) {
@@ -277,18 +291,18 @@ static void handle_setup(void) {
 static void take_output(void) {
   select_endpoint(GLOVE_OUT_ENDPOINT);
   if (UEINTX & (1 << RXOUTI)) {
-    UEINTX = (uint8_t)~(1 << RXOUTI);
+    UEINTX = (uint8_t) ~(1 << RXOUTI);
     uint8_t report[GLOVE_ENDPOINT_0_SIZE];
     const uint8_t size = UEBCLX < sizeof report ? UEBCLX : (uint8_t)sizeof report;
     for (uint8_t at = 0; at < size; ++at) report[at] = UEDATX;
-    UEINTX = (uint8_t)~(1 << FIFOCON);
+    UEINTX = (uint8_t) ~(1 << FIFOCON);
     /* Nobody hears a refusal here. */
     handlers->set_report(USB_REPORT_OUTPUT, report, size);
   }
   select_endpoint(0);
 }
 
-void usb_begin(const usb_hid_handlers *given) {
+void usb_begin(const usb_hid_handlers* given) {
   handlers = given;
   configuration = 0;
   asleep = false;
@@ -315,7 +329,7 @@ void usb_begin(const usb_hid_handlers *given) {
 void usb_poll(void) {
   const uint8_t events = UDINT;
   if (events & (1 << EORSTI)) {
-    UDINT = (uint8_t)~(1 << EORSTI);
+    UDINT = (uint8_t) ~(1 << EORSTI);
     configuration = 0;
     asleep = false;
     select_endpoint(0);
@@ -324,15 +338,15 @@ void usb_poll(void) {
     UECFG1X = ONE_BANK_64;
   }
   if (events & (1 << WAKEUPI)) {
-    UDINT = (uint8_t)~(1 << WAKEUPI);
+    UDINT = (uint8_t) ~(1 << WAKEUPI);
     asleep = false;
   }
   if (events & (1 << SUSPI)) {
-    UDINT = (uint8_t)~(1 << SUSPI);
+    UDINT = (uint8_t) ~(1 << SUSPI);
     asleep = true;
   }
   if (events & (1 << SOFI)) {
-    UDINT = (uint8_t)~(1 << SOFI);
+    UDINT = (uint8_t) ~(1 << SOFI);
     asleep = false;
   }
   select_endpoint(0);
@@ -344,13 +358,13 @@ bool usb_is_ready(void) {
   return configuration != 0 && !asleep;
 }
 
-bool usb_send_report(const uint8_t *report, uint8_t size) {
+bool usb_send_report(const uint8_t* report, uint8_t size) {
   select_endpoint(GLOVE_IN_ENDPOINT);
   const bool is_free = (UEINTX & (1 << TXINI)) != 0;
   if (is_free) {
-    UEINTX = (uint8_t)~(1 << TXINI);
+    UEINTX = (uint8_t) ~(1 << TXINI);
     for (uint8_t at = 0; at < size; ++at) UEDATX = report[at];
-    UEINTX = (uint8_t)~(1 << FIFOCON);
+    UEINTX = (uint8_t) ~(1 << FIFOCON);
   }
   select_endpoint(0);
   return is_free;

@@ -147,6 +147,7 @@ class HidSources : public testing::Test {
     changed_.notify_all();
   }
   std::unique_ptr<GloveSource> start_glove(HidGloveOptions options = {}) {
+    options.wait_for_hidraw = 50ms;
     auto glove = make_hid_glove(options, hotplug_, system_, clock_, log_);
     EXPECT_TRUE(glove->start([this](Sample sample) { deliver(std::move(sample)); }).ok());
     return glove;
