@@ -46,10 +46,25 @@ double square_luma(const cv::Mat& image, const std::vector<cv::Point2f>& corners
   return image.at<std::uint8_t>(y, x);
 }
 
-bool find_corners(const cv::Mat& image, const ChessboardShape& shape, std::vector<cv::Point2f>& corners) {
-  return cv::findChessboardCorners(
-      image, {shape.columns, shape.rows}, corners,
-      cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
+/// Looks in a picture of half the size when it is large enough: OpenCV takes a second over a whole frame that
+/// shows tags or half a board, 0.1 s over the small one. The corners are refined in the whole one anyway.
+/// Only single pictures, of which none may be lost, are searched again as a whole.
+enum class Search { quick, thorough };
+bool find_corners(const cv::Mat& image, const ChessboardShape& shape, Search search,
+                  std::vector<cv::Point2f>& corners) {
+  constexpr int worth_halving_px = 400;
+  const bool halve = std::min(image.cols, image.rows) >= worth_halving_px;
+  const int flags = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK;
+  if (halve) {
+    cv::Mat small;
+    cv::pyrDown(image, small);
+    if (cv::findChessboardCorners(small, {shape.columns, shape.rows}, corners, flags)) {
+      for (cv::Point2f& corner : corners) corner *= 2;
+      return true;
+    }
+    if (search == Search::quick) return false;
+  }
+  return cv::findChessboardCorners(image, {shape.columns, shape.rows}, corners, flags);
 }
 
 }  // namespace
@@ -58,17 +73,18 @@ struct BoardFinder::State {
   Board board;
   std::map<std::uint32_t, TagTracker> trackers;  ///< By camera.
   TagTrackerOptions tag_options;
-  std::map<std::uint32_t, BoardView> last;
+  std::map<std::uint32_t, BoardView> last;       ///< In which the board was found.
+  std::map<std::uint32_t, TimePoint> last_time;  ///< Of any picture.
 
-  std::optional<BoardView> find_chessboard(const Plane& luma) const;
+  std::optional<BoardView> find_chessboard(const Plane& luma, Search search) const;
   std::optional<BoardView> find_tags(const Plane& luma, std::uint32_t camera, TimePoint time);
 };
 
-std::optional<BoardView> BoardFinder::State::find_chessboard(const Plane& luma) const {
+std::optional<BoardView> BoardFinder::State::find_chessboard(const Plane& luma, Search search) const {
   const ChessboardShape& shape = *board.chessboard;
   const cv::Mat image = mat_of(luma);
   std::vector<cv::Point2f> corners;
-  if (!find_corners(image, shape, corners)) return std::nullopt;
+  if (!find_corners(image, shape, search, corners)) return std::nullopt;
   const int half = static_cast<int>(std::clamp(refine_share * nearest_neighbour_px(corners, shape.columns),
                                                refine_least_px, refine_most_px));
   cv::cornerSubPix(image, corners, {half, half}, {-1, -1},
@@ -164,11 +180,16 @@ std::optional<BoardView> BoardFinder::find(const Plane& luma, std::uint32_t came
   constexpr int smallest_side_px = 32;
   if (luma.width_px < smallest_side_px || luma.height_px < smallest_side_px) return std::nullopt;
   std::optional<BoardView> view;
+  const auto before_time = state_->last_time.find(camera);
   try {
-    view = state_->board.chessboard ? state_->find_chessboard(luma) : state_->find_tags(luma, camera, time);
+    const bool video = before_time != state_->last_time.end() && time > before_time->second &&
+                       time - before_time->second <= longest_gap;
+    view = state_->board.chessboard ? state_->find_chessboard(luma, video ? Search::quick : Search::thorough)
+                                    : state_->find_tags(luma, camera, time);
   } catch (const cv::Exception&) {
     return std::nullopt;
   }
+  state_->last_time[camera] = time;
   if (!view) return std::nullopt;
   view->camera = camera;
   view->time = time;
@@ -198,7 +219,8 @@ std::optional<ChessboardShape> guess_chessboard(const Plane& luma) {
        {std::pair{9, 6}, {8, 6}, {7, 6}, {8, 5}, {7, 5}, {10, 7}, {11, 8}, {6, 4}, {5, 4}}) {
     std::vector<cv::Point2f> corners;
     try {
-      if (find_corners(image, {columns, rows, 1.0}, corners)) return ChessboardShape{columns, rows, 0.025};
+      if (find_corners(image, {columns, rows, 1.0}, Search::quick, corners))
+        return ChessboardShape{columns, rows, 0.025};
     } catch (const cv::Exception&) {
       return std::nullopt;
     }

@@ -22,8 +22,8 @@ struct Moment {
 };
 
 struct MomentOptions {
-  Duration gap = std::chrono::milliseconds(100);  ///< Three periods of a slow webcam.
-  double max_motion_px = 0.5;                     ///< Since the frame before.
+  Duration gap = std::chrono::milliseconds(50);  ///< A period and a half of 30 Hz.
+  double max_motion_px = 0.5;                    ///< Since the frame before.
   double other_place_px = 10.0;  ///< Corners moved by this on average: another place, that tells more.
   std::size_t most = 60;
 };

@@ -140,15 +140,17 @@ std::vector<Isometry3d> waved_before(const CameraCalibration& camera, const Ches
                                      int poses) {
   std::vector<Isometry3d> made;
   const CameraIntrinsics& lens = camera.intrinsics;
-  // So far away that the board fills half of the picture's height; nearer and farther in turn.
-  const double size_m = shape.square_m * (shape.rows + 1);
+  // So far away that the board fills about half of the picture's height, nearer and farther in turn, and so
+  // far aside that it just stays within.
+  const double width_m = shape.square_m * (shape.columns + 1), height_m = shape.square_m * (shape.rows + 1);
   for (int i = 0; i < poses; ++i) {
-    const double distance = size_m * lens.fy_px / lens.height_px *
-                            (i % 3 == 0   ? 1.7
-                             : i % 3 == 1 ? 2.1
-                                          : 1.4);
-    const double across = 0.3 * lens.width_px / lens.fx_px * distance,
-                 along = 0.26 * lens.height_px / lens.fy_px * distance;
+    const double distance = height_m * lens.fy_px / lens.height_px *
+                            (i % 3 == 0   ? 1.9
+                             : i % 3 == 1 ? 2.4
+                                          : 1.6);
+    constexpr double used = 0.45;
+    const double across = used * std::max(0.0, lens.width_px / lens.fx_px * distance - width_m);
+    const double along = used * std::max(0.0, lens.height_px / lens.fy_px * distance - height_m);
     Isometry3d board = Isometry3d::Identity();
     board.translation() = Vector3d(across * std::sin(2.4 * i), along * std::sin(1.7 * i + 1), distance);
     const double tilt = 0.5;
