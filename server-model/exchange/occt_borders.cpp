@@ -278,6 +278,7 @@ class Borders {
       }
     }
     std::vector<OpenedEdge> result;
+    result.reserve(pairs.size());
     for (const auto& [faces, gap] : pairs) result.push_back({faces.first, faces.second, gap});
     return result;
   }
