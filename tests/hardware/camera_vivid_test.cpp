@@ -160,8 +160,7 @@ TEST_F(VividT1, ASecondReaderIsToldThatTheCameraIsInUse) {
 }
 
 // Unplugged and plugged back 20 times under streaming: told within 100 ms, back within 1 s (T3). What the
-// emulated kernel and udevd take to take the driver away and to announce its node again is theirs: our time
-// begins with the end of the one and the word of the other.
+// emulated kernel and udevd take to announce the node again is theirs: our second begins with their word.
 TEST_F(VividT1, TwentyUnplugsUnderStreaming) {
   ASSERT_NE(hotplug, nullptr);
   std::mutex mutex;
@@ -174,16 +173,14 @@ TEST_F(VividT1, TwentyUnplugsUnderStreaming) {
   start();
   ASSERT_TRUE(inbox.wait_presences(1));
   ASSERT_TRUE(inbox.wait_frames(5));
-  std::vector<Duration> absence, whole_absence, comeback, whole_comeback;
+  std::vector<Duration> absence, comeback, whole_comeback;
   for (std::size_t i = 0; i < 20; ++i) {
     const TimePoint unplugging = clock.now();
     bind_driver("unbind");
-    const TimePoint unplugged = clock.now();
     ASSERT_TRUE(inbox.wait_presences(2 * i + 2));
     const DevicePresence gone = inbox.presences()[2 * i + 1];
     EXPECT_FALSE(gone.present);
-    absence.push_back(gone.time - unplugged);
-    whole_absence.push_back(gone.time - unplugging);
+    absence.push_back(gone.time - unplugging);
 
     const TimePoint plugging = clock.now();
     bind_driver("bind");
@@ -205,10 +202,9 @@ TEST_F(VividT1, TwentyUnplugsUnderStreaming) {
                to_seconds(times[times.size() / 2]) * 1000.0, to_seconds(times.back()) * 1000.0);
     return times[times.size() / 2];
   };
-  print("absence told since the unplugging began", whole_absence);
   print("back since the plugging began", whole_comeback);
   // The median: this machine is emulated, on cores that others use too.
-  EXPECT_LT(print("absence told since the driver was gone", absence), milliseconds(100));
+  EXPECT_LT(print("absence told since the unplugging began", absence), milliseconds(100));
   EXPECT_LT(print("back since udevd's word", comeback), seconds(1));
 }
 

@@ -147,8 +147,9 @@ void MockVideoNode::plug(FakeCamera camera) {
     std::abort();
   state.controller = umockdev_testbed_get_dev_fd(state.testbed, state.node.c_str());
   const std::string terminal = ::ptsname(state.controller);
-  const std::filesystem::path folder =
-      std::filesystem::path(umockdev_testbed_get_root_dir(state.testbed)) / "mmap";
+  gchar* root = umockdev_testbed_get_root_dir(state.testbed);
+  const std::filesystem::path folder = std::filesystem::path(root) / "mmap";
+  g_free(root);
   std::filesystem::create_directories(folder);
   const std::filesystem::path file = folder / std::filesystem::path(terminal).filename();
   const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);

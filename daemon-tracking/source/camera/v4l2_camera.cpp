@@ -8,7 +8,6 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -89,11 +88,8 @@ class Camera final : public V4l2Camera {
       return make_error(ErrorCode::failed_precondition, "already started", name_);
     sink_ = std::move(sink);
     if (options_.hotplug != nullptr) {
-      plugs_ =
-          options_.hotplug->subscribe("video4linux", [this](PlugChange change, const PluggedDevice& device) {
-            if (change == PlugChange::removed) note_removed(device.devnode);
-            look_again();
-          });
+      plugs_ = options_.hotplug->subscribe("video4linux",
+                                           [this](PlugChange, const PluggedDevice&) { look_again(); });
     }
     thread_ = std::thread([this] { run(); });
     return {};
@@ -118,15 +114,6 @@ class Camera final : public V4l2Camera {
   void wait(Duration longest);
   void speak(const std::string& problem);
 
-  void note_removed(const std::string& node) {
-    const std::lock_guard lock(mutex_);
-    if (node == node_in_use_) removal_told_ = true;
-  }
-  bool removal_told() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(removal_told_, false);
-  }
-
   const std::uint32_t camera_;
   const std::string name_;
   const V4l2CameraOptions options_;
@@ -137,9 +124,6 @@ class Camera final : public V4l2Camera {
   Bell bell_;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> look_now_ = false;
-  std::mutex mutex_;
-  std::string node_in_use_;    ///< Guarded by mutex_.
-  bool removal_told_ = false;  ///< Guarded by mutex_.
 
   // The thread's own.
   FramePool pool_;
@@ -194,11 +178,6 @@ Status Camera::open() {
   if (!match) return match.error();
   Status last = make_error(ErrorCode::not_found, "found no node of the camera", name_);
   for (const V4l2Node& node : match->nodes) {
-    {
-      const std::lock_guard lock(mutex_);
-      node_in_use_ = node.node;
-      removal_told_ = false;
-    }
     Result<std::unique_ptr<V4l2Stream>> stream =
         V4l2Stream::open(system_, node.node, options_.mode, clock_, pool_);
     if (!stream) {
@@ -231,10 +210,6 @@ void Camera::lose(const Error& why) {
   if (stream_) monitor_.lost();
   stream_.reset();
   stamper_.reset();
-  {
-    const std::lock_guard lock(mutex_);
-    node_in_use_.clear();
-  }
   monitor_.absent(why.message);
   tell(false);
   speak(why.message);
@@ -298,9 +273,8 @@ Status Camera::stream() {
       bell_.silence();
       look_now_ = false;
       if (stopping_) break;
-      // The word may be late, and mean the camera that had this number before ours.
-      if (removal_told() && !stream_->alive())
-        return make_error(ErrorCode::not_found, "it was unplugged", name_);
+      // Word of a plug may be late, and mean the camera that had this number before ours.
+      if (!stream_->alive()) return make_error(ErrorCode::not_found, "it was unplugged", name_);
     }
     const TimePoint now = clock_.now();
     if (what[0].revents != 0) {

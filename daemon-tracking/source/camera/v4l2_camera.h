@@ -43,7 +43,8 @@ class V4l2Camera : public CameraSource {
   /// A copy as of now. Any thread.
   virtual CameraHealth health() const = 0;
 
-  /// A device was plugged in or out: an absent camera looks for itself at once. Any thread; quick.
+  /// A device was plugged in or out: an absent camera looks for itself at once, a present one whether it is
+  /// still there. Any thread; quick.
   virtual void look_again() = 0;
 };
 

@@ -38,12 +38,16 @@ std::string list_words(const std::vector<V4l2Node>& nodes) {
   return words;
 }
 
+// A driver may name a node otherwise than the camera names itself.
+bool is_model(const V4l2Node& node, const std::string& model) {
+  return model.empty() || node.product == model || node.name.starts_with(model);
+}
+
 std::vector<V4l2Node> fitting(const std::vector<V4l2Node>& nodes, const CameraSelector& selector) {
   std::vector<V4l2Node> found;
   for (const V4l2Node& node : nodes) {
     if (same_place(selector.path, node.path) && (selector.serial.empty() || selector.serial == node.serial) &&
-        (selector.usb_id.empty() || selector.usb_id == node.usb_id) &&
-        (selector.model.empty() || node.name.starts_with(selector.model)) &&
+        (selector.usb_id.empty() || selector.usb_id == node.usb_id) && is_model(node, selector.model) &&
         (selector.node.empty() || selector.node == node.node)) {
       found.push_back(node);
     }

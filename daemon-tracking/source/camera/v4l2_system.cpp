@@ -48,6 +48,7 @@ V4l2Node describe(udev_device* device) {
   V4l2Node node;
   node.node = text(udev_device_get_devnode(device));
   node.name = trimmed(text(udev_device_get_sysattr_value(device, "name")));
+  node.product = text(udev_device_get_property_value(device, "ID_V4L_PRODUCT"));
   udev_device* usb = udev_device_get_parent_with_subsystem_devtype(device, "usb", "usb_device");
   node.path = place_of(device, usb);
   if (usb == nullptr) return node;

@@ -23,6 +23,7 @@ struct V4l2Node {
   std::string usb_id;  ///< "046d:082d"
   std::string bus;     ///< The USB bus that it shares with others: "usb1".
   double bus_speed_mbit_s = 0;  ///< Of the device's own link: 480 for USB 2.
+  std::string product;          ///< QUERYCAP's card as udevd asked it; empty where udevd doesn't run.
 };
 
 class V4l2System {

@@ -57,9 +57,10 @@ TEST_F(ControlsT1, EveryAutomaticIsSwitchedOff) {
   EXPECT_EQ(report.problem, "");
   EXPECT_EQ(system.control(node, V4L2_CID_EXPOSURE_AUTO), V4L2_EXPOSURE_MANUAL);
   EXPECT_EQ(system.control(node, V4L2_CID_EXPOSURE_ABSOLUTE), 50);
-  for (const std::uint32_t id :
-       {V4L2_CID_EXPOSURE_AUTO_PRIORITY, V4L2_CID_AUTO_WHITE_BALANCE, V4L2_CID_FOCUS_AUTO,
-        V4L2_CID_POWER_LINE_FREQUENCY, V4L2_CID_BACKLIGHT_COMPENSATION}) {
+  constexpr std::uint32_t off[] = {V4L2_CID_EXPOSURE_AUTO_PRIORITY, V4L2_CID_AUTO_WHITE_BALANCE,
+                                   V4L2_CID_FOCUS_AUTO, V4L2_CID_POWER_LINE_FREQUENCY,
+                                   V4L2_CID_BACKLIGHT_COMPENSATION};
+  for (const std::uint32_t id : off) {
     EXPECT_EQ(system.control(node, id), 0) << id;
   }
   // What nobody asked for stays as it was found.

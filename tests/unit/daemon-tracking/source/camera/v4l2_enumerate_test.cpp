@@ -131,6 +131,16 @@ TEST(MatchCameraT2, TwoThatFitAreRefusedAndNoneSaysWhatThereIs) {
   EXPECT_FALSE(match_camera({}, *parse_camera_selector("serial=CCC"), IdentityMismatch::accept_moved).ok());
 }
 
+TEST(MatchCameraT2, TheModelIsWhatTheCameraOrItsDriverCallsIt) {
+  std::vector<V4l2Node> nodes{webcam("/dev/video0", "usb-1", "")};
+  nodes[0].name = "uvc-video-0";
+  EXPECT_TRUE(
+      match_camera(nodes, *parse_camera_selector("model=uvc-video-0"), IdentityMismatch::refuse).ok());
+  EXPECT_FALSE(match_camera(nodes, *parse_camera_selector("model=Brio"), IdentityMismatch::refuse).ok());
+  nodes[0].product = "Brio";
+  EXPECT_TRUE(match_camera(nodes, *parse_camera_selector("model=Brio"), IdentityMismatch::refuse).ok());
+}
+
 // Two of one kind with the same serial number, as cheap ones have: only the path tells them apart.
 TEST(MatchCameraT2, TheSameSerialTwiceNeedsThePath) {
   const std::vector<V4l2Node> twins{webcam("/dev/video0", "usb-1", "SN0001"),
