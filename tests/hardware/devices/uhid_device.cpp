@@ -1,5 +1,6 @@
 // A HID device without a bus, through /dev/uhid: real hid-generic and hidraw, no USB. As root, in the guest.
-// See control.h. `uhid_device space_mouse [split|combined]`: a SpaceNavigator or SpaceMouse; its own
+// See control.h. `uhid_device space_mouse [split|combined]`: a SpaceExplorer or a SpaceMouse (the
+// SpaceNavigator's numbers are for the kernel's driver of Logitech's USB devices, which wants a bus). Its own
 // commands:
 //
 //   axes X Y Z RX RY RZ   one sample, raw values of the cap's axes
@@ -129,7 +130,7 @@ int main(int argc, char** argv) {
   Device device(what == "foreign" ? Kind{"Acme Thing", tracking::glove_usb_vendor,
                                          tracking::glove_usb_product, foreign_descriptor}
                 : combined        ? Kind{"SpaceMouse Compact", 0x256F, 0xC635, combined_descriptor}
-                                  : Kind{"SpaceNavigator", 0x046D, 0xC626, split_descriptor});
+                                  : Kind{"SpaceExplorer", 0x046D, 0xC627, split_descriptor});
   test::say("ready");
   test::Commands commands;
   bool plugged = false;
