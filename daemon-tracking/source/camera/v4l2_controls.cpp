@@ -159,7 +159,8 @@ void ControlKeeper::finish(V4l2System& system, int fd, ControlReport& report) co
   report.problem = joined(refused_);
   const std::optional<std::int32_t> mode = read(system, fd, V4L2_CID_EXPOSURE_AUTO);
   const std::optional<std::int32_t> exposure = read(system, fd, V4L2_CID_EXPOSURE_ABSOLUTE);
-  const bool manual = mode == V4L2_EXPOSURE_MANUAL || mode == V4L2_EXPOSURE_SHUTTER_PRIORITY;
+  const std::int32_t ruled_by = mode.value_or(V4L2_EXPOSURE_AUTO);
+  const bool manual = ruled_by == V4L2_EXPOSURE_MANUAL || ruled_by == V4L2_EXPOSURE_SHUTTER_PRIORITY;
   if (!mode && !exposure) {
     report.exposure = ExposureState::unknown;
   } else {

@@ -79,7 +79,7 @@ std::string resolved(const std::string& node) {
 
 std::string identity_of(const V4l2Node& node) {
   std::string words = node.usb_id;
-  const auto add = [&](std::string part) {
+  const auto add = [&](const std::string& part) {
     if (!words.empty()) words += ' ';
     words += part;
   };
