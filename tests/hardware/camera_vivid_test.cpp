@@ -66,6 +66,32 @@ void bind_driver(const char* what) {
   ASSERT_TRUE(file.good()) << what;
 }
 
+// vivid's own controls, by the name that they have in v4l2-ctl --list-ctrls; values, or a push for a button.
+class VividControls {
+ public:
+  explicit VividControls(const std::string& node) : fd_(::open(node.c_str(), O_RDWR | O_CLOEXEC)) {}
+  ~VividControls() { ::close(fd_); }
+  VividControls(const VividControls&) = delete;
+  VividControls& operator=(const VividControls&) = delete;
+
+  bool set(const std::string& name, std::int32_t value) const {
+    v4l2_queryctrl query{};
+    query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
+    while (::ioctl(fd_, VIDIOC_QUERYCTRL, &query) == 0) {
+      if (name == reinterpret_cast<const char*>(query.name)) {
+        v4l2_control control{query.id, value};
+        return ::ioctl(fd_, VIDIOC_S_CTRL, &control) == 0;
+      }
+      query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
+    }
+    return false;
+  }
+  bool push(const std::string& name) const { return set(name, 1); }
+
+ private:
+  int fd_;
+};
+
 struct VividT1 : ::testing::Test {
   VividT1() {
     options.selector.path = "platform-vivid.0";
@@ -78,6 +104,15 @@ struct VividT1 : ::testing::Test {
   }
   ~VividT1() override {
     if (camera) camera->stop();
+  }
+  template <typename Holds>
+  bool wait_health(Holds holds) {
+    const auto until = std::chrono::steady_clock::now() + patience;
+    while (std::chrono::steady_clock::now() < until) {
+      if (holds(camera->health())) return true;
+      std::this_thread::sleep_for(milliseconds(10));
+    }
+    return false;
   }
   void start() {
     camera = make_v4l2_camera(0, "camera/left", options, clock, Logger("camera"));
@@ -136,9 +171,7 @@ TEST_F(VividT1, ASettingThatAnotherProgramChangesIsSetBack) {
   const std::int32_t before = control.value;
   control.value = before == 200 ? 100 : 200;
   ASSERT_EQ(::ioctl(fd, VIDIOC_S_CTRL, &control), 0);
-  const auto until = std::chrono::steady_clock::now() + patience;
-  while (camera->health().control_drifts == 0 && std::chrono::steady_clock::now() < until)
-    std::this_thread::sleep_for(milliseconds(20));
+  EXPECT_TRUE(wait_health([](const CameraHealth& health) { return health.control_drifts > 0; }));
   ASSERT_EQ(::ioctl(fd, VIDIOC_G_CTRL, &control), 0);
   EXPECT_EQ(control.value, before);
   ::close(fd);
@@ -157,6 +190,50 @@ TEST_F(VividT1, ASecondReaderIsToldThatTheCameraIsInUse) {
   camera->stop();
   EXPECT_TRUE(other.wait_frames(1));
   second->stop();
+}
+
+// The kernel's own faults, made by vivid's controls for that.
+TEST_F(VividT1, BrokenAndLostFramesAreCounted) {
+  start();
+  ASSERT_TRUE(inbox.wait_frames(5));
+  const VividControls vivid(camera->health().node);
+  ASSERT_TRUE(vivid.push("Inject V4L2_BUF_FLAG_ERROR"));
+  EXPECT_TRUE(wait_health([](const CameraHealth& health) { return health.refused > 0; }));
+  const std::uint64_t dropped = camera->health().dropped;
+  ASSERT_TRUE(vivid.set("Percentage of Dropped Buffers", 50));
+  EXPECT_TRUE(wait_health([&](const CameraHealth& health) { return health.dropped >= dropped + 20; }));
+  ASSERT_TRUE(vivid.set("Percentage of Dropped Buffers", 0));
+  EXPECT_TRUE(camera->health().present);
+}
+
+TEST_F(VividT1, AFatalErrorAndARefusedRestartAreSurvived) {
+  start();
+  ASSERT_TRUE(inbox.wait_presences(1));
+  ASSERT_TRUE(inbox.wait_frames(5));
+  const VividControls vivid(camera->health().node);
+  for (std::size_t i = 0; i < 3; ++i) {
+    // The third time the kernel refuses to start it again at first.
+    if (i == 2) {
+      ASSERT_TRUE(vivid.push("Inject VIDIOC_STREAMON Error"));
+    }
+    ASSERT_TRUE(vivid.push("Inject Fatal Streaming Error"));
+    ASSERT_TRUE(inbox.wait_presences(2 * i + 3));
+    EXPECT_FALSE(inbox.presences()[2 * i + 1].present);
+    EXPECT_TRUE(inbox.presences()[2 * i + 2].present);
+    ASSERT_TRUE(inbox.wait_frames(inbox.frames().size() + 5));
+  }
+  EXPECT_EQ(camera->health().times_lost, 3u);
+}
+
+TEST_F(VividT1, TheDriversStampPointIsHeeded) {
+  start();
+  ASSERT_TRUE(inbox.wait_frames(5));
+  EXPECT_EQ(camera->health().timestamps, TimestampState::end_of_frame);
+  const VividControls vivid(camera->health().node);
+  ASSERT_TRUE(vivid.set("Timestamp Source", 1));
+  EXPECT_TRUE(wait_health(
+      [](const CameraHealth& health) { return health.timestamps == TimestampState::start_of_exposure; }));
+  ASSERT_TRUE(vivid.set("Timestamp Source", 0));
 }
 
 // Unplugged and plugged back 20 times under streaming: told within 100 ms, back within 1 s (T3). What the
