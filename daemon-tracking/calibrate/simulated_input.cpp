@@ -95,7 +95,7 @@ std::unique_ptr<SampleStream> simulated_input(const CalibrateOptions& options) {
   const Rig rig = default_rig();
   SimulatedBoardOptions board;
   board.shape = options.chessboard();
-  board.frames_per_pose = 2;
+  board.frames_per_pose = 4;
   if (options.step == "intrinsics") {
     std::vector<std::unique_ptr<SampleStream>> streams;
     for (std::uint32_t camera = 0; camera < rig.cameras.size(); ++camera)

@@ -18,6 +18,11 @@ constexpr int fewest_corners = 3, most_corners = 30;
 // Corners are refined within this share of the distance to the next one, and no farther than 11 px.
 constexpr double refine_share = 0.4, refine_least_px = 3.0, refine_most_px = 11.0;
 constexpr Duration longest_gap = std::chrono::milliseconds(200);
+// Corners this near to where they were are followed; farther, the board is looked for anew.
+constexpr double still_there_px = 3.0;
+constexpr double least_contrast = 20.0;
+// Frames between thorough searches of a video in which nothing is found: twice as many each time, up to this.
+constexpr int longest_wait = 64;
 
 /// OpenCV's view of a plane; it is not written to.
 cv::Mat mat_of(const Plane& luma) {
@@ -67,28 +72,70 @@ bool find_corners(const cv::Mat& image, const ChessboardShape& shape, Search sea
   return cv::findChessboardCorners(image, {shape.columns, shape.rows}, corners, flags);
 }
 
+/// Dark and light squares in turn, all over the board.
+bool looks_like_board(const cv::Mat& image, const std::vector<cv::Point2f>& corners,
+                      const ChessboardShape& shape) {
+  double darkest_light = 255, lightest_dark = 0;
+  for (int row = 0; row + 1 < shape.rows; ++row) {
+    for (int column = 0; column + 1 < shape.columns; ++column) {
+      const double luma = square_luma(image, corners, shape.columns, column, row);
+      if ((row + column) % 2 == 0)
+        lightest_dark = std::max(lightest_dark, luma);
+      else
+        darkest_light = std::min(darkest_light, luma);
+    }
+  }
+  return darkest_light > lightest_dark + least_contrast;
+}
+
 }  // namespace
 
 struct BoardFinder::State {
   Board board;
   std::map<std::uint32_t, TagTracker> trackers;  ///< By camera.
   TagTrackerOptions tag_options;
-  std::map<std::uint32_t, BoardView> last;       ///< In which the board was found.
+  std::map<std::uint32_t, BoardView> last;  ///< In which the board was found.
+  struct Pace {
+    int wait = 0,
+        next = 2;  ///< Frames until the next thorough search, and how many the one after that waits.
+  };
+  std::map<std::uint32_t, Pace> pace;            ///< Of thorough searches, by camera.
   std::map<std::uint32_t, TimePoint> last_time;  ///< Of any picture.
 
-  std::optional<BoardView> find_chessboard(const Plane& luma, Search search) const;
+  std::optional<BoardView> find_chessboard(const Plane& luma, Search search, const BoardView* before) const;
   std::optional<BoardView> find_tags(const Plane& luma, std::uint32_t camera, TimePoint time);
 };
 
-std::optional<BoardView> BoardFinder::State::find_chessboard(const Plane& luma, Search search) const {
+std::optional<BoardView> BoardFinder::State::find_chessboard(const Plane& luma, Search search,
+                                                             const BoardView* before) const {
   const ChessboardShape& shape = *board.chessboard;
   const cv::Mat image = mat_of(luma);
   std::vector<cv::Point2f> corners;
-  if (!find_corners(image, shape, search, corners)) return std::nullopt;
-  const int half = static_cast<int>(std::clamp(refine_share * nearest_neighbour_px(corners, shape.columns),
-                                               refine_least_px, refine_most_px));
-  cv::cornerSubPix(image, corners, {half, half}, {-1, -1},
-                   {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 0.001});
+  const auto refine = [&] {
+    const int half = static_cast<int>(std::clamp(refine_share * nearest_neighbour_px(corners, shape.columns),
+                                                 refine_least_px, refine_most_px));
+    cv::cornerSubPix(image, corners, {half, half}, {-1, -1},
+                     {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 0.001});
+  };
+  bool found = false;
+  if (before != nullptr) {
+    // A board that is held still is where it was.
+    for (const CornerMeasurement& corner : before->corners) {
+      const Eigen::Vector2f pixel = corner.pixel.cast<float>();
+      corners.emplace_back(pixel.x(), pixel.y());
+    }
+    refine();
+    double farthest = 0;
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      farthest =
+          std::max(farthest, (before->corners[i].pixel - Eigen::Vector2d(corners[i].x, corners[i].y)).norm());
+    found = farthest < still_there_px && looks_like_board(image, corners, shape);
+  }
+  if (!found) {
+    corners.clear();
+    if (!find_corners(image, shape, search, corners)) return std::nullopt;
+    refine();
+  }
   // Rows must run down when columns run right, and the first square must be dark.
   const cv::Point2f along = corners[1] - corners[0],
                     down = corners[static_cast<std::size_t>(shape.columns)] - corners[0];
@@ -184,8 +231,18 @@ std::optional<BoardView> BoardFinder::find(const Plane& luma, std::uint32_t came
   try {
     const bool video = before_time != state_->last_time.end() && time > before_time->second &&
                        time - before_time->second <= longest_gap;
-    view = state_->board.chessboard ? state_->find_chessboard(luma, video ? Search::quick : Search::thorough)
-                                    : state_->find_tags(luma, camera, time);
+    if (!state_->board.chessboard) {
+      view = state_->find_tags(luma, camera, time);
+    } else {
+      const auto seen = state_->last.find(camera);
+      const bool just_seen = video && seen != state_->last.end() && time - seen->second.time <= longest_gap;
+      State::Pace& pace = state_->pace[camera];
+      const bool thorough = !video || --pace.wait <= 0;
+      view = state_->find_chessboard(luma, thorough ? Search::thorough : Search::quick,
+                                     just_seen ? &seen->second : nullptr);
+      if (view) pace = {};
+      if (!view && thorough) pace = {pace.next, std::min(longest_wait, 2 * pace.next)};
+    }
   } catch (const cv::Exception&) {
     return std::nullopt;
   }
