@@ -272,7 +272,7 @@ TEST_F(InputDevices, WithoutAHidrawNodeTheGloveIsOpenedThroughLibusb) {
   device.tell("unplug");
   EXPECT_TRUE(samples.presence(false).has_value());
   glove->stop();
-  EXPECT_EQ(std::system("bash -c 'load usbhid'"), 0);
+  EXPECT_EQ(std::system("modprobe -d \"$HANDLOFT_GUEST/modules\" usbhid"), 0);
 }
 
 TEST_F(InputDevices, AForeignDeviceUnderTheGlovesNumbersIsLeftAlone) {

@@ -64,7 +64,8 @@ void HidReader::on_plug(PlugChange change, const PluggedDevice& device) {
   const Key key{device.subsystem, device.devnode};
   if (change == PlugChange::removed) {
     const std::lock_guard lock(mutex_);
-    nodes_.erase(key);
+    // A read may have failed before udev's word came; then this is the reason.
+    if (nodes_.erase(key) > 0 && !open_) status_.problem = unplugged();
     changed_.notify_all();
     return;
   }
@@ -80,8 +81,17 @@ void HidReader::on_plug(PlugChange change, const PluggedDevice& device) {
   changed_.notify_all();
 }
 
+std::string HidReader::unplugged() const {
+  return fmt::format("was unplugged: plug the {} in", options_.what);
+}
+
 bool HidReader::plugged(const Key& key) const {
   return nodes_.contains(key);
+}
+
+bool HidReader::is_plugged(const Key& key) const {
+  const std::lock_guard lock(mutex_);
+  return plugged(key);
 }
 
 // With the mutex held: the node to open now; else `wait` is when to look again.
@@ -200,7 +210,7 @@ void HidReader::read_on(HidDevice& device, const Key& key) {
     if (stopping_) return;
     if (!plugged(key)) {
       ++status_.times_lost;
-      status_.problem = fmt::format("was unplugged: plug the {} in", options_.what);
+      status_.problem = unplugged();
       log_.info("{} was unplugged", options_.what);
       return;
     }
@@ -220,6 +230,7 @@ void HidReader::fail(const Key& key, const Error& error) {
     }
     return open_;
   }();
+  if (in_use && !is_plugged(key)) return set_problem(unplugged());
   set_problem(in_use ? fmt::format("the {} broke off: {}", options_.what, error.message) : error.message);
 }
 

@@ -113,7 +113,9 @@ class HidReader {
   void run_commands(HidDevice* device);
   void fail(const Key& key, const Error& error);
   void set_problem(std::string problem);
-  bool plugged(const Key& key) const;
+  bool plugged(const Key& key) const;  // With the mutex held.
+  bool is_plugged(const Key& key) const;
+  std::string unplugged() const;
 
   HidReaderOptions options_;
   HidReaderHooks hooks_;

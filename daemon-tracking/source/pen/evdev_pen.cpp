@@ -26,6 +26,7 @@ namespace {
 constexpr int read_wait_ms = 20;
 constexpr Duration first_back_off = std::chrono::milliseconds(50);
 constexpr Duration last_back_off = std::chrono::seconds(1);
+constexpr const char* unplugged = "was unplugged: plug the pen tablet in";
 // What a pen's state consists of: told when the tablet is opened, by whatever it is then.
 constexpr std::array<unsigned, 5> axes{ABS_X, ABS_Y, ABS_PRESSURE, ABS_TILT_X, ABS_TILT_Y};
 constexpr std::array<unsigned, 6> keys{BTN_TOOL_PEN, BTN_TOOL_RUBBER, BTN_TOUCH,
@@ -143,7 +144,8 @@ class EvdevPen final : public PenSource {
   void on_plug(PlugChange change, const PluggedDevice& device) {
     const std::lock_guard lock(mutex_);
     if (change == PlugChange::removed) {
-      nodes_.erase(device.devnode);
+      // A read may have failed before udev's word came; then this is the reason.
+      if (nodes_.erase(device.devnode) > 0 && !status_.present) status_.problem = unplugged;
     } else if (device.tablet && device.devnode.find("/event") != std::string::npos &&
                (options_.serial.empty() || device.serial == options_.serial)) {
       nodes_.insert_or_assign(device.devnode, Node{device, {}, {}, false});
@@ -246,7 +248,7 @@ class EvdevPen final : public PenSource {
       const std::lock_guard lock(mutex_);
       if (stopping_) return {};
       if (!nodes_.contains(path)) {
-        status_.problem = "was unplugged: plug the pen tablet in";
+        status_.problem = unplugged;
         return {};
       }
     }

@@ -5,9 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <future>
+#include <limits>
 #include <thread>
+#include <vector>
 
 #include "common/net/message_client.h"
 #include "proto/session.pb.h"
@@ -196,6 +200,71 @@ TEST_F(PublisherTest, OtherMessagesAreRefused) {
   const auto answer = client.receive(patience);
   ASSERT_TRUE(answer.ok() && answer->has_failure());
   EXPECT_EQ(answer->failure().code(), "unsupported");
+}
+
+v1::Envelope feedback(std::uint32_t rgb, double vibration, std::uint32_t ms) {
+  v1::Envelope envelope;
+  envelope.mutable_glove_feedback()->set_led_rgb(rgb);
+  envelope.mutable_glove_feedback()->set_vibration(vibration);
+  envelope.mutable_glove_feedback()->set_vibration_ms(ms);
+  return envelope;
+}
+
+TEST_F(PublisherTest, FeedbackForTheGloveIsHandedOnT9) {
+  std::promise<v1::GloveFeedback> came;
+  publisher_->on_glove_feedback([&](const v1::GloveFeedback& message) { came.set_value(message); });
+  net::SyncClient client = subscribe(v1::Subscribe::LATEST);
+  ASSERT_TRUE(client.send(feedback(0x102030, 0.5, 200)).ok());
+  auto future = came.get_future();
+  ASSERT_EQ(future.wait_for(patience), std::future_status::ready);
+  const v1::GloveFeedback message = future.get();
+  EXPECT_EQ(message.led_rgb(), 0x102030u);
+  EXPECT_EQ(message.vibration(), 0.5);
+  EXPECT_EQ(message.vibration_ms(), 200u);
+  publisher_->on_glove_feedback({});
+}
+
+TEST_F(PublisherTest, FeedbackThatIsNoneIsRefusedByNameT9) {
+  const std::vector<std::pair<v1::Envelope, std::string>> bad{
+      {feedback(0x1000000, 0, 0), "glove_feedback.led_rgb"},
+      {feedback(0, 1.01, 0), "glove_feedback.vibration"},
+      {feedback(0, -0.1, 0), "glove_feedback.vibration"},
+      {feedback(0, std::numeric_limits<double>::quiet_NaN(), 0), "glove_feedback.vibration"},
+      {feedback(0, 0, 1001), "glove_feedback.vibration_ms"}};
+  for (const auto& [envelope, field] : bad) {
+    net::SyncClient client = connect();
+    v1::Envelope first;
+    first.mutable_subscribe();
+    ASSERT_TRUE(client.send(first).ok());
+    ASSERT_TRUE(client.send(envelope).ok());
+    const auto answer = client.receive(patience);
+    ASSERT_TRUE(answer.ok() && answer->has_failure());
+    EXPECT_EQ(answer->failure().code(), "invalid_argument");
+    EXPECT_EQ(answer->failure().field(), field);
+  }
+  net::SyncClient stranger = connect();
+  ASSERT_TRUE(stranger.send(feedback(0, 0, 0)).ok());
+  const auto answer = stranger.receive(patience);
+  ASSERT_TRUE(answer.ok() && answer->has_failure());
+  EXPECT_EQ(answer->failure().code(), "failed_precondition");
+}
+
+TEST_F(PublisherTest, AFloodOfFeedbackIsThinnedOutT9) {
+  std::atomic<int> came{0};
+  publisher_->on_glove_feedback([&](const v1::GloveFeedback&) { ++came; });
+  net::SyncClient client = subscribe(v1::Subscribe::LATEST);
+  const auto begin = std::chrono::steady_clock::now();
+  constexpr int sent = 2000;
+  for (int i = 0; i < sent; ++i) ASSERT_TRUE(client.send(feedback(0, 0, 0)).ok());
+  v1::Envelope ping;
+  ping.mutable_ping()->set_id(1);
+  ASSERT_TRUE(client.send(ping).ok());
+  ASSERT_TRUE(client.receive(patience)->has_pong()) << "all before it was handled";
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  EXPECT_LE(came.load(), Publisher::feedback_burst + seconds * Publisher::feedback_rate_hz + 1);
+  EXPECT_GE(came.load(), static_cast<int>(Publisher::feedback_burst));
+  EXPECT_EQ(publisher_->feedback_dropped() + static_cast<std::uint64_t>(came.load()), sent);
+  publisher_->on_glove_feedback({});
 }
 
 TEST_F(PublisherTest, WaitingForSubscribersEndsAtItsTimeout) {

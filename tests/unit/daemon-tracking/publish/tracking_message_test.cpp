@@ -171,5 +171,56 @@ TEST(TrackingMessage, AHandOnTheTableIsThatGestureT10) {
   EXPECT_EQ(message_of(state).hands(0).gesture(), v1::GESTURE_ON_TABLE);
 }
 
+TEST(TrackingMessage, TheTableGestureHasItsOwnBeginningAndEndT10) {
+  FusedState state = state_with_everything();  // Pointing since 77.
+  state.hand.table_by_contact = true;
+  state.hand.table_since = from_ns(200);
+  EXPECT_EQ(message_of(state).hands(0).gesture_since_ns(), 200);
+  state.hand.table_by_contact = false;  // It was lifted at 300; pointing is what it does since then.
+  state.hand.table_since = from_ns(300);
+  EXPECT_EQ(message_of(state).hands(0).gesture_since_ns(), 300);
+  state.hand.gesture_since = from_ns(400);
+  EXPECT_EQ(message_of(state).hands(0).gesture_since_ns(), 400);
+}
+
+TEST(TrackingMessage, CarriesPenAnd3dMouseOnceTheyWereThereT14) {
+  FusedState state = state_with_everything();
+  EXPECT_FALSE(message_of(state).has_pen());
+  EXPECT_FALSE(message_of(state).has_space_mouse());
+  state.pen.present = state.pen.in_proximity = true;
+  state.pen.position_m = {0.1, 0.05};
+  state.pen.pressure = 0.5;
+  state.pen.tilt_rad = {0.2, -0.3};
+  state.pen.buttons = 3;
+  state.pen.time = from_ns(55);
+  state.space_mouse.present = true;
+  state.space_mouse.translation = {1, -0.5, 0.25};
+  state.space_mouse.rotation = {0, 0, -1};
+  state.space_mouse.buttons = 2;
+  state.space_mouse.time = from_ns(56);
+  v1::TrackingFrame frame = message_of(state);
+  EXPECT_TRUE(frame.pen().present());
+  EXPECT_TRUE(frame.pen().in_proximity());
+  EXPECT_FALSE(frame.pen().eraser());
+  EXPECT_EQ(frame.pen().position().x(), 0.1);
+  EXPECT_EQ(frame.pen().position().y(), 0.05);
+  EXPECT_EQ(frame.pen().pressure(), 0.5);
+  EXPECT_EQ(frame.pen().tilt().y(), -0.3);
+  EXPECT_EQ(frame.pen().buttons(), 3u);
+  EXPECT_EQ(frame.pen().capture_time_ns(), 55);
+  EXPECT_TRUE(frame.space_mouse().present());
+  EXPECT_EQ(frame.space_mouse().translation().y(), -0.5);
+  EXPECT_EQ(frame.space_mouse().rotation().z(), -1.0);
+  EXPECT_EQ(frame.space_mouse().buttons(), 2u);
+  EXPECT_EQ(frame.space_mouse().capture_time_ns(), 56);
+  // Unplugged: told as absent, so that nobody goes on pushing.
+  state.space_mouse = {};
+  state.space_mouse.time = from_ns(57);
+  frame = message_of(state);
+  ASSERT_TRUE(frame.has_space_mouse());
+  EXPECT_FALSE(frame.space_mouse().present());
+  EXPECT_EQ(frame.space_mouse().translation().x(), 0.0);
+}
+
 }  // namespace
 }  // namespace handloft::tracking

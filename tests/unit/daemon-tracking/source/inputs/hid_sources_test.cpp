@@ -199,6 +199,7 @@ TEST_F(HidSources, AnAbsentGloveIsWaitedForT3) {
   hotplug_.unplug("hidraw", "/dev/hidraw3");
   ASSERT_TRUE(wait_presences({true, false}));
   EXPECT_EQ(glove->status().times_lost, 1u);
+  EXPECT_TRUE(wait_problem(*glove, "was unplugged"));
   hotplug_.plug(node("/dev/hidraw4"));
   ASSERT_TRUE(wait_presences({true, false, true}));
   EXPECT_EQ(glove->status().identity, "1209:0001 Handloft Glove, serial GL7 (/dev/hidraw4)");
