@@ -8,6 +8,8 @@ set(CPACK_RESOURCE_FILE_LICENSE "${CMAKE_SOURCE_DIR}/LICENSE")
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+# Loaded when a glove or 3D mouse is opened: no linker knows.
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "libhidapi-hidraw0, libhidapi-libusb0")
 set(CPACK_STRIP_FILES ON)
 include(CPack)
 
