@@ -176,6 +176,7 @@ class Glove {
  private:
   void send(TimePoint now) {
     std::array<std::uint8_t, glove_report_size> bytes{};
+    bool corrupted = false;
     {
       const std::lock_guard lock(mutex_);
       if (silent_) return;
@@ -183,14 +184,15 @@ class Glove {
           std::chrono::duration_cast<std::chrono::microseconds>(now - begun_).count());
       report_.flags = restarted_ ? glove_restarted : 0;
       bytes = encode_glove_report(report_);
-      if (corrupt_ > 0) bytes.back() ^= 0xFF;
+      corrupted = corrupt_ > 0;
+      if (corrupted) bytes.back() ^= 0xFF;
     }
     if (::write(in_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) return;
     const std::lock_guard lock(mutex_);
     ++report_.sequence;
     ++sent_;
-    restarted_ = false;
-    if (corrupt_ > 0) --corrupt_;
+    if ((report_.flags & glove_restarted) != 0) restarted_ = false;
+    if (corrupted) --corrupt_;
   }
 
   void write_descriptors() const {
