@@ -33,6 +33,21 @@ bool lies_over_knots(const SculptIcon& icon) {
   return icon.role == IconRole::constraint && icon.shape != IconShape::point;
 }
 
+/// What a region's outside holds stays where it is at rest; so what was sculpted before comes to rest first.
+Status rest_as_it_is(SculptShape& shape, const SculptIcon& icon, std::string_view field, const Limits& limits,
+                     std::vector<std::string>& notes) {
+  if (!icon.outside || shape.surface->control == shape.rest->control) return {};
+  shape.rest = shape.surface;
+  auto icons = std::make_shared<std::vector<SculptIcon>>(*shape.icons);
+  for (SculptIcon& each : *icons) {
+    if (auto status = begin_icon(each, shape, field, limits); !status) return status;
+  }
+  shape.icons = std::move(icons);
+  notes.push_back(
+      fmt::format("the present shape was committed: the outside of region \"{}\" holds it", icon.id));
+  return {};
+}
+
 }  // namespace
 
 geometry::UvRectangle region_of(const SculptIcon& icon) {
@@ -47,6 +62,7 @@ RegionHold region_hold(const SculptIcon& icon, const BSplineSurface& rest) {
 Status fit_border(SculptShape& shape, SculptIcon& icon, std::string_view field, const Limits& limits,
                   std::vector<std::string>& notes) {
   if (icon.shape != IconShape::region || icon.role != IconRole::constraint || !icon.acts()) return {};
+  if (auto status = rest_as_it_is(shape, icon, field, limits, notes); !status) return status;
   const BSplineSurface& rest = *shape.rest;
   if (region_hold(icon, rest) == RegionHold::spring) return {};
   const int inner = icon.outside ? std::max(rest.u.degree(), rest.v.degree()) + own_functions : 0;

@@ -25,9 +25,10 @@ geometry::UvRectangle region_of(const SculptIcon& icon);
 
 /// Knots for a region constraint that is about to act: inserted into the surface at rest and under its icons,
 /// neither of which moves, with the icon's corners moved onto knots that are near. A region whose outside is
-/// held gets such inside too, so that something may move. Constraints that lie over the former knots (curves,
-/// regions) begin anew: where they are is where they are to be. Where there would be spans too short or
-/// control points too many, nothing changes, which a note says. Other icons: nothing to do.
+/// held gets such inside too, so that something may move; before it the present shape is committed.
+/// Constraints that lie over the former knots (curves, regions) begin anew: where they are is where they are
+/// to be. Where there would be spans too short or control points too many, nothing changes, which a note
+/// says. Other icons: nothing to do.
 Status fit_border(SculptShape& shape, SculptIcon& icon, std::string_view field, const Limits& limits,
                   std::vector<std::string>& notes);
 

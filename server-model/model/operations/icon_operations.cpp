@@ -139,6 +139,9 @@ Result<std::vector<Vec2>> read_parameters(const v1::AddIcon& request, IconShape 
     }
   }
   if (by_place) parameters = geometry::without_jumps(surface, parameters);
+  if (shape == IconShape::point) {  // Of a closed direction one turn tells all.
+    parameters.front() = {surface.u.wrap(parameters.front().x()), surface.v.wrap(parameters.front().y())};
+  }
   if (shape == IconShape::region) {
     auto region = geometry::region_of(surface, parameters[0], parameters[1]);
     if (!region) {
@@ -186,6 +189,13 @@ Status check_kind(const SculptIcon& icon, const std::string& field) {
                       "found the outside of another icon than a region constraint", field + ".outside");
   }
   return {};
+}
+
+/// A normal icon asks for a tangent plane (D8), which has two sides.
+bool is_met_from_behind(const SculptIcon& icon, const geometry::BSplineSurface& surface) {
+  if (icon.role != IconRole::constraint || icon.property != IconProperty::normal) return false;
+  const Vec2& uv = icon.parameters.front();
+  return surface.normal(uv.x(), uv.y()).dot(icon.rotation * icon.reference->front()) < 0;
 }
 
 }  // namespace
@@ -367,6 +377,10 @@ Result<Outcome> drag_icon(const Document& document, const v1::DragIcon& request,
   outcome.words = fmt::format("Drag icon \"{}\" of \"{}\"", icon.id, shape.name);
   put_icon(shape, *index, std::move(icon));
   if (auto status = settle(shape, "drag_icon", context, outcome.notes); !status) return status.error();
+  if (const SculptIcon& dragged = (*shape.icons)[*index]; is_met_from_behind(dragged, *shape.surface)) {
+    outcome.notes.push_back(fmt::format(
+        "icon \"{}\" is met from behind: beyond a right angle the surface doesn't turn over", dragged.id));
+  }
   outcome.document = document;
   *outcome.effective.mutable_drag_icon() = request;
   put(outcome.document, std::move(shape));

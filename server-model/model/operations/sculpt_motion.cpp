@@ -65,6 +65,8 @@ SculptIcon moved(SculptIcon icon, const Similarity& similarity) {
     icon.reference = std::move(reference);
   }
   for (geometry::Vec2& parameter : icon.parameters) parameter *= similarity.scale;
+  // With b as it is, bending yields with the square of a length (moved() below).
+  icon.stiffness /= similarity.scale * similarity.scale;
   icon.pivot = similarity(icon.pivot);
   icon.place = similarity(icon.place);
   const double factor =

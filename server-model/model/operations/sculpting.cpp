@@ -42,7 +42,28 @@ void put(Document& document, SculptShape shape) {
   document.entities.insert_or_assign(std::move(id), std::make_shared<const SculptShape>(std::move(shape)));
 }
 
+namespace {
+
+/// Sides are held by the control points at them (D2's supports), so open directions end at full knots. The
+/// same shape; the same bits where they do already.
+BSplineSurface with_full_ends(BSplineSurface surface) {
+  for (const Direction direction : {Direction::u, Direction::v}) {
+    const KnotVector& knots = direction == Direction::u ? surface.u : surface.v;
+    if (knots.is_periodic()) continue;
+    std::vector<double> missing;
+    for (const double end : {knots.lower(), knots.upper()}) {
+      for (int i = knots.multiplicity(end); i <= knots.degree(); ++i) missing.push_back(end);
+    }
+    if (missing.empty()) continue;
+    if (auto full = geometry::insert_knots(surface, direction, missing)) surface = *std::move(full);
+  }
+  return surface;
+}
+
+}  // namespace
+
 void set_at_rest(SculptShape& shape, BSplineSurface surface, FaceTrim trim) {
+  surface = with_full_ends(std::move(surface));
   const auto to_metres = [](const KnotVector& before, const KnotVector& after, double parameter) {
     return after.lower() + (parameter - before.lower()) * (after.length() / before.length());
   };

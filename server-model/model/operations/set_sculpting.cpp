@@ -58,8 +58,21 @@ Result<Outcome> set_sculpting(const Document& document, const v1::SetSculpting& 
       return status.error();
     }
   }
-  if (request.mode() == v1::SetSculpting::DISPLACEMENT) shape.absolute = false;
-  if (request.mode() == v1::SetSculpting::ABSOLUTE) shape.absolute = true;
+  switch (request.mode()) {
+    case v1::SetSculpting::MODE_UNSPECIFIED:
+      break;
+    case v1::SetSculpting::DISPLACEMENT:
+      shape.absolute = false;
+      break;
+    case v1::SetSculpting::ABSOLUTE:
+      shape.absolute = true;
+      break;
+    default:
+      return make_error(
+          ErrorCode::invalid_argument,
+          fmt::format("found {}, expected DISPLACEMENT or ABSOLUTE", static_cast<int>(request.mode())),
+          "set_sculpting.mode");
+  }
   if (request.has_least_squares()) shape.least_squares = request.least_squares();
   Outcome outcome;
   if (auto status = settle(shape, "set_sculpting", context, outcome.notes); !status) return status.error();

@@ -117,6 +117,22 @@ TEST_F(Sculpting, D8_ANormalIsHeldAsItTurns) {
   EXPECT_LT((hood()->surface->normal(0.2, 0.15) - wanted).norm(), 1e-9);
 }
 
+TEST_F(Sculpting, D8_ANormalTurnedBeyondARightAngleIsSaidToBeMetFromBehind) {
+  apply(fmt::format(R"({{"add_icon": {{"entity": "hood", "id": "n", {}, "property": "ICON_NORMAL"}}}})",
+                    point_icon));
+  const auto turn = [&](double degrees) {
+    const double half = degrees * M_PI / 360;
+    return apply(
+        fmt::format(R"({{"drag_icon": {{"entity": "hood", "icon": "n", "rotation": {{"w": {}, "x": {}}}}}}})",
+                    std::cos(half), std::sin(half)));
+  };
+  EXPECT_TRUE(turn(80).notes.empty());
+  const Submitted over = turn(20);
+  ASSERT_EQ(over.notes.size(), 1U);
+  EXPECT_NE(over.notes[0].find("\"n\" is met from behind"), std::string::npos) << over.notes[0];
+  EXPECT_TRUE(turn(-20).notes.empty());
+}
+
 TEST_F(Sculpting, D9_ACurveIsFollowedBetweenItsPlacesToo) {
   apply(fmt::format(R"({{"add_icon": {{"entity": "hood", "id": "c", {}}}}})", curve_icon));
   apply(R"({"drag_icon": {"entity": "hood", "icon": "c", "translation": {"z": 0.02}}})");
@@ -167,6 +183,38 @@ TEST_F(Sculpting, D11_InsideARegionWhileAllElseIsHeld) {
       EXPECT_EQ(at(u, v), hood()->rest->evaluate(u, v)) << u << " " << v;
     }
   }
+}
+
+TEST_F(Sculpting, D11_TheOutsideOfARegionIsHeldAsItIsNotAsItWas) {
+  apply(fmt::format(R"({{"add_icon": {{"entity": "hood", "id": "p", {}}}}})", point_icon));
+  apply(
+      R"({"add_icon": {"entity": "hood", "id": "l", "role": "ICON_LOAD", "parameters": [{"x": 0.1, "y": 0.1}]}})");
+  apply(R"({"drag_icon": {"entity": "hood", "icon": "p", "translation": {"z": 0.02}}})");
+  apply(R"({"drag_icon": {"entity": "hood", "icon": "l", "translation": {"z": -0.02}}})");
+  const SculptPtr before = hood();
+  const std::string frame = R"({"add_icon": {"entity": "hood", "id": "frame", "shape": "ICON_REGION",
+      "outside": true, "parameters": [{"x": 0.25, "y": 0.12}, {"x": 0.35, "y": 0.27}]}})";
+  const Submitted added = apply(frame);
+  ASSERT_FALSE(added.notes.empty());
+  EXPECT_NE(added.notes[0].find("committed"), std::string::npos);
+  for (int i = 0; i <= 40; ++i) {
+    for (int j = 0; j <= 30; ++j) {
+      EXPECT_LT((at(0.01 * i, 0.01 * j) - before->surface->evaluate(0.01 * i, 0.01 * j)).norm(), 1e-13);
+    }
+  }
+  const SculptPtr framed = hood();
+  apply(R"({"add_icon": {"entity": "hood", "id": "in", "parameters": [{"x": 0.3, "y": 0.2}]}})");
+  apply(R"({"drag_icon": {"entity": "hood", "icon": "in", "translation": {"z": 0.01}}})");
+  EXPECT_EQ(at(0.2, 0.15), framed->surface->evaluate(0.2, 0.15)) << "outside, to the bit";
+  EXPECT_NEAR(at(0.3, 0.2).z(), framed->surface->evaluate(0.3, 0.2).z() + 0.01, 1e-10);
+
+  for (int i = 0; i < 3; ++i) apply(R"({"undo": {}})");
+  EXPECT_EQ(hood()->surface->control, before->surface->control);
+  apply(R"({"change_icon": {"entity": "hood", "icon": "l", "state": "ICON_SLEEPING"}})");
+  apply(R"({"delete_icon": {"entity": "hood", "icon": "p"}})");
+  EXPECT_EQ(hood()->surface, hood()->rest);
+  for (const std::string& note : apply(frame).notes)
+    EXPECT_EQ(note.find("committed"), std::string::npos) << note;
 }
 
 TEST_F(Sculpting, D16_ALoadFollowsTheHandExactly) {
@@ -304,6 +352,7 @@ TEST_F(Sculpting, BadIconsAreRefusedByName) {
       {R"({"change_icon": {"entity": "hood", "icon": "x"}})", "change_icon.icon"},
       {R"({"delete_icon": {"entity": "hood", "icon": "x"}})", "delete_icon.icon"},
       {R"({"set_sculpting": {"entity": "hood", "energy": {"a11": -1}}})", "set_sculpting.energy.a11"},
+      {R"({"set_sculpting": {"entity": "hood", "mode": 7}})", "set_sculpting.mode"},
       {R"({"refine_surface": {"entity": "hood", "control_u": 4000000000, "control_v": 4000000000}})",
        "refine_surface.control_u"},
       {R"({"create_sculpt_surface": {"id": "x"}})", "create_sculpt_surface"},

@@ -1,5 +1,7 @@
 // Sculpted surfaces as entities: where they come from, moved, copied, refined, compared, imported.
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "server-model/geometry/bspline_projection.h"
@@ -75,6 +77,84 @@ TEST_F(Sculpting, MovedWithItsIconsAndWhatTheyHold) {
     const Vec3 wanted = 2 * Vec3(-original.y(), original.x(), original.z()) + Vec3(0.2, 0, 0);
     EXPECT_LT((moved_control[i] - wanted).norm(), 1e-12);
     EXPECT_LT((hood()->surface->control[i] - wanted).norm(), 1e-9);
+  }
+}
+
+TEST_F(Sculpting, MovedWithTheStiffnessOfItsSprings) {
+  apply(R"({"add_icon": {"entity": "hood", "id": "l", "role": "ICON_LOAD", "stiffness": 1000,
+            "parameters": [{"x": 0.13, "y": 0.21}]}})");
+  apply(R"({"add_icon": {"entity": "hood", "id": "r", "shape": "ICON_REGION", "stiffness": 5000,
+            "parameters": [{"x": 0.25, "y": 0.05}, {"x": 0.33, "y": 0.12}]}})");
+  apply(R"({"drag_icon": {"entity": "hood", "icon": "l", "translation": {"z": 0.03}}})");
+  apply(R"({"drag_icon": {"entity": "hood", "icon": "r", "translation": {"z": 0.02}}})");
+  apply(R"({"transform": {"entities": ["hood"], "scale": 3}})");
+  const auto moved_control = hood()->surface->control;
+  EXPECT_GT(bulge(), 0.005) << "springs that pull";
+  apply(R"({"drag_icon": {"entity": "hood", "icon": "l", "translation": {}}})");
+  for (std::size_t i = 0; i < moved_control.size(); ++i)
+    EXPECT_LT((hood()->surface->control[i] - moved_control[i]).norm(), 1e-10) << "solved anew, the same";
+}
+
+TEST_F(Sculpting, PointsOfClosedSurfacesAreKeptOnTheFirstTurnHoweverFarTheyAreAskedFor) {
+  v1::Operation make;
+  v1::CreateSculptSurface& create = *make.mutable_create_sculpt_surface();
+  create.set_id("tube");
+  v1::BSplineSurface& surface = *create.mutable_surface();
+  surface.set_degree_u(3);
+  surface.set_degree_v(1);
+  surface.set_periodic_u(true);
+  for (int i = -3; i <= 11; ++i) surface.add_knots_u(i);
+  for (const double knot : {0, 0, 1, 1}) surface.add_knots_v(knot);
+  for (int i = 0; i < 8; ++i) {
+    for (int j = 0; j < 2; ++j) {
+      for (const double c : {std::cos(i * M_PI / 4), std::sin(i * M_PI / 4), 1.0 * j}) surface.add_control(c);
+    }
+  }
+  ASSERT_TRUE(model.submit(make).ok());
+  const auto tube = [&] { return as_sculpt(model.document().find("tube")); };
+  const double around = tube()->rest->u.length();
+  for (const double u : {-0.25 * around, 0.75 * around, 7.75 * around, 1e308}) {
+    apply(fmt::format(R"({{"add_icon": {{"entity": "tube", "parameters": [{{"x": {}, "y": 0.5}}]}}}})", u));
+    const double kept = tube()->icons->back().parameters[0].x();
+    EXPECT_TRUE(kept >= 0 && kept < around) << kept;
+    if (u < 1e300) EXPECT_NEAR(kept, 0.75 * around, 1e-12 * around);
+  }
+  apply(R"({"transform": {"entities": ["tube"], "scale": 1000}})");
+  apply(R"({"drag_icon": {"entity": "tube", "icon": "icon-4", "translation": {}}})");
+}
+
+TEST_F(Sculpting, D2_SidesAreHeldWhoseKnotsRunOnBeyondThem) {
+  v1::Operation make;
+  v1::CreateSculptSurface& create = *make.mutable_create_sculpt_surface();
+  create.set_id("open");
+  v1::BSplineSurface& surface = *create.mutable_surface();
+  surface.set_degree_u(3);
+  surface.set_degree_v(2);
+  for (int i = 0; i < 12; ++i) surface.add_knots_u(i);                      // Eight functions over 3..8.
+  for (const int k : {-1, 0, 0, 1, 2, 3, 4, 5, 6}) surface.add_knots_v(k);  // Six over 0..4.
+  for (int i = 0; i < 8; ++i) {
+    for (int j = 0; j < 6; ++j) {
+      for (const double c : {0.1 * i, 0.1 * j, 0.01 * i * j}) surface.add_control(c);
+    }
+  }
+  const auto given = read_surface(surface, "surface", Limits());
+  ASSERT_TRUE(given.ok());
+  ASSERT_TRUE(model.submit(make).ok());
+  const auto open = [&] { return as_sculpt(model.document().find("open")); };
+  const double u_m = open()->rest->u.upper(), v_m = open()->rest->v.upper();
+  const auto on_given = [&](double u, double v) { return given->evaluate(3 + 5 * u / u_m, 4 * v / v_m); };
+  for (double s = 0; s <= 1; s += 0.125) {
+    EXPECT_LT((open()->rest->evaluate(s * u_m, 0.3 * v_m) - on_given(s * u_m, 0.3 * v_m)).norm(), 1e-14);
+  }
+  apply(
+      fmt::format(R"({{"add_icon": {{"entity": "open", "id": "p", "parameters": [{{"x": {}, "y": {}}}]}}}})",
+                  u_m / 3, v_m / 2));
+  apply(R"({"drag_icon": {"entity": "open", "icon": "p", "translation": {"z": 0.1}}})");
+  for (double s = 0; s <= 1; s += 0.125) {
+    for (const auto& [u, v] : {std::pair{0.0, s * v_m}, {u_m, s * v_m}, {s * u_m, 0.0}, {s * u_m, v_m}}) {
+      EXPECT_LT((open()->surface->evaluate(u, v) - on_given(u, v)).norm(), 1e-13) << u << ", " << v;
+      EXPECT_LT((open()->surface->normal(u, v) - open()->rest->normal(u, v)).norm(), 1e-12) << u << ", " << v;
+    }
   }
 }
 
