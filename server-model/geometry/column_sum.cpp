@@ -1,6 +1,8 @@
 #include "server-model/geometry/column_sum.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 
 #include "server-model/geometry/wide.h"
@@ -28,7 +30,7 @@ constexpr std::size_t group = 4;
 #undef HANDLOFT_TARGET
 #endif
 
-using Add = void (*)(const std::vector<WeightedColumn>&, Eigen::MatrixX3d&);
+using Add = void (*)(std::span<const WeightedColumn>, Eigen::Index, Eigen::Index, double*);
 
 Add widest() {
 #if defined(__x86_64__)
@@ -37,12 +39,75 @@ Add widest() {
   return on_any::add;
 }
 
+/// A task's moving points; a shape of fewer is one task.
+constexpr std::size_t task_points = 1U << 16U;
+
 }  // namespace
 
 // The same bits by any width.
-void add_columns(const std::vector<WeightedColumn>& columns, Eigen::MatrixX3d& sums) {
+void add_columns(std::span<const WeightedColumn> columns, Eigen::Index first, Eigen::Index count,
+                 double* sums) {
   static const Add add = widest();
-  add(columns, sums);
+  add(columns, first, count, sums);
+}
+
+MovedPoints move_points(std::span<const Vec3> rest, std::span<const std::uint32_t> moving,
+                        const Eigen::MatrixX3d& start, std::span<const WeightedColumn> columns,
+                        const ParallelFor& parallel, std::vector<Vec3>& control,
+                        Eigen::MatrixX3d* displacement) {
+  control.resize(rest.size());
+  if (displacement != nullptr) displacement->resize(static_cast<Eigen::Index>(moving.size()), 3);
+  const std::size_t tasks = std::max<std::size_t>(1, (moving.size() + task_points - 1) / task_points);
+  std::vector<MovedPoints> parts(tasks);
+  const auto move = [&](std::size_t task) {
+    MovedPoints& part = parts[task];
+    const std::size_t end = std::min(moving.size(), (task + 1) * task_points);
+    std::size_t point = task == 0 ? 0 : moving[task * task_points];
+    const auto stay = [&](std::size_t until) {
+      for (; point < until; ++point) {
+        control[point] = rest[point];
+        part.farthest_m = std::max(part.farthest_m, rest[point].cwiseAbs().maxCoeff());
+      }
+    };
+    std::array<double, 3 * block> sums;
+    for (std::size_t first = task * task_points; first < end; first += block) {
+      const auto at = static_cast<Eigen::Index>(first);
+      const auto count = static_cast<Eigen::Index>(std::min<std::size_t>(block, end - first));
+      Eigen::Map<Eigen::MatrixX3d> moved(sums.data(), count, 3);
+      if (start.rows() > 0) {
+        moved = start.middleRows(at, count);
+      } else {
+        moved.setZero();
+      }
+      add_columns(columns, at, count, sums.data());
+      part.finite = part.finite && moved.allFinite();
+      if (displacement != nullptr) displacement->middleRows(at, count) = moved;
+      for (Eigen::Index i = 0; i < count; ++i) {
+        stay(moving[first + static_cast<std::size_t>(i)]);
+        for (Eigen::Index axis = 0; axis < 3; ++axis) {
+          const double before = rest[point][axis];
+          const double now = before + sums[static_cast<std::size_t>(axis * count + i)];
+          control[point][axis] = now;
+          part.any = part.any || now != before;
+          part.farthest_m = std::max(part.farthest_m, std::abs(now));
+        }
+        ++point;
+      }
+    }
+    stay(task + 1 < tasks ? moving[end] : rest.size());
+  };
+  if (tasks == 1) {
+    move(0);
+  } else {
+    parallel(tasks, move);
+  }
+  MovedPoints all;
+  for (const MovedPoints& part : parts) {
+    all.finite = all.finite && part.finite;
+    all.any = all.any || part.any;
+    all.farthest_m = std::max(all.farthest_m, part.farthest_m);
+  }
+  return all;
 }
 
 }  // namespace handloft::geometry

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 #include "server-model/geometry/span_bends.h"
@@ -15,6 +16,8 @@ namespace {
 
 /// Below this part of the product of two tangents' lengths, their cross product says little of the normal.
 constexpr double least_sine = 1e-12;
+/// A task's rows, and how many control points a surface has at least for tasks to be worth while.
+constexpr std::size_t task_rows = 32, parallel_points = 65'536;
 
 std::vector<double> divided(const std::vector<double>& bounds, std::span<const int> parts) {
   std::vector<double> result;
@@ -128,8 +131,7 @@ Result<GridTessellation> GridTessellation::create(const BSplineSurface& surface,
   grid.mesh_.opacity.assign(vertices, 1);
   grid.sums_.resize(static_cast<std::size_t>(surface.u.control_count()) * grid.column_count_);
   grid.make_triangles();
-  grid.moved_.assign(surface.control.size(), 1);
-  grid.evaluate_changed();
+  if (const Status status = grid.update(surface.control); !status) return status.error();
   return grid;
 }
 
@@ -159,22 +161,65 @@ std::size_t GridTessellation::control_column(std::size_t column, std::size_t b) 
   return static_cast<std::size_t>(surface_.v.control_of(v_.first_function[column] + static_cast<int>(b)));
 }
 
-Status GridTessellation::update(std::span<const Vec3> control) {
+// Rows are taken and summed up in one go, while they are in the cache.
+Status GridTessellation::update(std::span<const Vec3> control, const ParallelFor& parallel) {
   if (control.size() != surface_.control.size()) {
     return make_error(ErrorCode::invalid_argument,
                       fmt::format("found {} points, expected {}", control.size(), surface_.control.size()),
                       "control");
   }
-  for (std::size_t n = 0; n < control.size(); ++n) {
-    if (!control[n].allFinite()) {
-      return make_error(ErrorCode::invalid_argument, "found a number that is not finite",
-                        fmt::format("control[{}]", n));
-    }
-    moved_[n] = control[n] != surface_.control[n];
+  const auto rows = static_cast<std::size_t>(surface_.u.control_count());
+  const auto columns = static_cast<std::size_t>(surface_.v.control_count());
+  row_moved_.assign(rows, 0);
+  sum_moved_.assign(rows * column_count_, 0);
+  const std::size_t tasks = (rows + task_rows - 1) / task_rows;
+  std::atomic<bool> finite = true;
+  const auto take = [&](std::size_t task) {
+    for (std::size_t i = task * task_rows; i < std::min(rows, (task + 1) * task_rows); ++i)
+      if (!take_row(i, control.data() + i * columns)) finite = false;
+  };
+  if (control.size() < parallel_points) {
+    run_in_turn(tasks, take);
+  } else {
+    parallel(tasks, take);
   }
-  std::copy(control.begin(), control.end(), surface_.control.begin());
-  evaluate_changed();
+  if (!finite) {
+    is_stale_ = true;
+    const auto bad =
+        std::find_if(control.begin(), control.end(), [](const Vec3& point) { return !point.allFinite(); });
+    return make_error(ErrorCode::invalid_argument, "found a number that is not finite",
+                      fmt::format("control[{}]", bad - control.begin()));
+  }
+  is_stale_ = false;
+  evaluate_rows(control.size() < parallel_points ? ParallelFor(run_in_turn) : parallel);
   return {};
+}
+
+bool GridTessellation::take_row(std::size_t row, const Vec3* control) {
+  const auto columns = static_cast<std::size_t>(surface_.v.control_count());
+  const std::span<const double> now(control->data(), 3 * columns);
+  if (!Eigen::Map<const Eigen::ArrayXd>(now.data(), static_cast<Eigen::Index>(now.size())).allFinite())
+    return false;
+  Vec3* const before = surface_.control.data() + row * columns;
+  const auto q = static_cast<std::size_t>(surface_.v.degree());
+  std::vector<std::uint8_t> moved(columns);
+  bool any = is_stale_, all = true;
+  for (std::size_t n = 0; n < columns; ++n) {
+    moved[n] = is_stale_ || control[n] != before[n];
+    any = any || moved[n] != 0;
+    all = all && moved[n] != 0;
+  }
+  if (!any) return true;
+  std::copy(control, control + columns, before);
+  row_moved_[row] = 1;
+  for (std::size_t c = 0; c < column_count_; ++c) {
+    bool sum_moved = all;
+    for (std::size_t b = 0; b <= q && !sum_moved; ++b) sum_moved = moved[control_column(c, b)] != 0;
+    if (!sum_moved) continue;
+    sum_moved_[row * column_count_ + c] = 1;
+    sum_along_v(row, c);
+  }
+  return true;
 }
 
 Status GridTessellation::update(std::span<const Vec3> rest, std::span<const Vec3> displacements) {
@@ -189,42 +234,31 @@ Status GridTessellation::update(std::span<const Vec3> rest, std::span<const Vec3
   return update(control);
 }
 
-void GridTessellation::evaluate_changed() {
-  const auto control_rows = static_cast<std::size_t>(surface_.u.control_count());
-  const auto control_columns = static_cast<std::size_t>(surface_.v.control_count());
-  const auto p = static_cast<std::size_t>(surface_.u.degree()),
-             q = static_cast<std::size_t>(surface_.v.degree());
-  row_moved_.assign(control_rows, 0);
-  sum_moved_.assign(control_rows * column_count_, 0);
-  for (std::size_t i = 0; i < control_rows; ++i) {
-    const std::uint8_t* moved = moved_.data() + i * control_columns;
-    if (std::find(moved, moved + control_columns, 1) == moved + control_columns) continue;
-    row_moved_[i] = 1;
-    for (std::size_t c = 0; c < column_count_; ++c) {
+void GridTessellation::evaluate_rows(const ParallelFor& parallel) {
+  const auto p = static_cast<std::size_t>(surface_.u.degree());
+  const std::size_t tasks = (row_count_ + task_rows - 1) / task_rows;
+  std::vector<std::vector<std::uint32_t>> changed(tasks);
+  parallel(tasks, [&](std::size_t task) {
+    for (std::size_t r = task * task_rows; r < std::min(row_count_, (task + 1) * task_rows); ++r) {
+      std::array<std::size_t, KnotVector::max_degree + 1> rows{};
       bool any = false;
-      for (std::size_t b = 0; b <= q; ++b) any = any || moved[control_column(c, b)] != 0;
+      for (std::size_t a = 0; a <= p; ++a) {
+        rows[a] = control_row(r, a);
+        any = any || row_moved_[rows[a]] != 0;
+      }
       if (!any) continue;
-      sum_moved_[i * column_count_ + c] = 1;
-      sum_along_v(i, c);
+      for (std::size_t c = 0; c < column_count_; ++c) {
+        bool moved = false;
+        for (std::size_t a = 0; a <= p; ++a) moved = moved || sum_moved_[rows[a] * column_count_ + c] != 0;
+        if (!moved) continue;
+        sum_along_u(r, c, {rows.data(), p + 1});
+        changed[task].push_back(static_cast<std::uint32_t>(r * column_count_ + c));
+      }
     }
-  }
+  });
   changed_.clear();
-  for (std::size_t r = 0; r < row_count_; ++r) {
-    std::array<std::size_t, KnotVector::max_degree + 1> rows{};
-    bool any = false;
-    for (std::size_t a = 0; a <= p; ++a) {
-      rows[a] = control_row(r, a);
-      any = any || row_moved_[rows[a]] != 0;
-    }
-    if (!any) continue;
-    for (std::size_t c = 0; c < column_count_; ++c) {
-      bool moved = false;
-      for (std::size_t a = 0; a <= p; ++a) moved = moved || sum_moved_[rows[a] * column_count_ + c] != 0;
-      if (!moved) continue;
-      sum_along_u(r, c, {rows.data(), p + 1});
-      changed_.push_back(static_cast<std::uint32_t>(r * column_count_ + c));
-    }
-  }
+  for (const std::vector<std::uint32_t>& part : changed)
+    changed_.insert(changed_.end(), part.begin(), part.end());
 }
 
 void GridTessellation::sum_along_v(std::size_t row, std::size_t column) {
@@ -232,6 +266,7 @@ void GridTessellation::sum_along_v(std::size_t row, std::size_t column) {
   const auto control_columns = static_cast<std::size_t>(surface_.v.control_count());
   Sum sum{};
   for (std::size_t b = 0; b < value.size(); ++b) {
+    if (value[b] == 0 && slope[b] == 0) continue;  // At knots.
     const std::size_t n = row * control_columns + control_column(column, b);
     const Vec3& p = surface_.control[n];
     const double w = surface_.is_rational() ? surface_.weights[n] : 1;
@@ -248,6 +283,7 @@ void GridTessellation::sum_along_u(std::size_t row, std::size_t column, std::spa
   const std::span<const double> value = u_.at(row, 0), slope = u_.at(row, 1);
   Pair xy = {0, 0}, zw = xy, u_xy = xy, u_zw = xy, v_xy = xy, v_zw = xy;
   for (std::size_t a = 0; a < value.size(); ++a) {
+    if (value[a] == 0 && slope[a] == 0) continue;
     const Sum& in = sums_[rows[a] * column_count_ + column];
     xy += value[a] * in.xy;
     zw += value[a] * in.zw;

@@ -10,6 +10,7 @@
 
 #include "common/base/result.h"
 #include "server-model/geometry/bspline_surface.h"
+#include "server-model/geometry/propagation.h"
 #include "server-model/geometry/tessellate.h"
 
 namespace handloft::geometry {
@@ -40,9 +41,9 @@ class GridTessellation {
   std::size_t columns() const { return column_count_; }
 
   /// Other control points, for the same knots and weights: finds those that differ and evaluates what depends
-  /// on them. Errors: invalid_argument for another count or numbers that are not finite; nothing is changed
-  /// then.
-  Status update(std::span<const Vec3> control);
+  /// on them. Errors: invalid_argument for another count or numbers that are not finite; the mesh is not
+  /// changed then. The same bits however it is parallel.
+  Status update(std::span<const Vec3> control, const ParallelFor& parallel = run_in_turn);
   /// The same at control points + displacements.
   Status update(std::span<const Vec3> rest, std::span<const Vec3> displacements);
   /// Vertices that the last update evaluated, ascending; all after create().
@@ -57,7 +58,9 @@ class GridTessellation {
     Pair xy, zw, slope_xy, slope_zw;
   };
 
-  void evaluate_changed();
+  /// Takes a row of control points and sums it up where it moved. False for numbers that are not finite.
+  bool take_row(std::size_t row, const Vec3* control);
+  void evaluate_rows(const ParallelFor& parallel);
   void sum_along_v(std::size_t control_row, std::size_t column);
   void sum_along_u(std::size_t row, std::size_t column, std::span<const std::size_t> rows);
   std::size_t control_row(std::size_t row, std::size_t a) const;
@@ -68,7 +71,9 @@ class GridTessellation {
   BasisTable u_, v_;
   std::vector<double> us_, vs_;
   std::size_t row_count_ = 0, column_count_ = 0;
-  std::vector<std::uint8_t> moved_, row_moved_, sum_moved_;
+  std::vector<std::uint8_t> row_moved_, sum_moved_;
+  /// All is to be evaluated: at first, and when an update was given up halfway.
+  bool is_stale_ = true;
   /// By control row and column: x, y, z and weight (times the weight), and their derivatives along v.
   std::vector<Sum> sums_;
   TriangleMesh mesh_;

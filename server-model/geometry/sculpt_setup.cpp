@@ -122,12 +122,17 @@ Result<SculptSystem> SculptSystem::create(const BSplineSurface& rest, const Scul
     if (!pinned) return pinned.error();
     Result<SculptSystem> system =
         finish(rest.control, setup.mode, std::move(movable), std::move(*pinned), std::move(modes), product);
-    if (system) system->pin_count_ = setup.pins.size();
+    if (!system) return system;
+    system->pin_count_ = setup.pins.size();
+    system->parallel_ = iteration.parallel;
     return system;
   }
   Result<std::unique_ptr<StiffnessSolver>> solver = make_stiffness_solver(problem, iteration);
   if (!solver) return solver.error();
-  return finish(rest.control, setup.mode, std::move(movable), std::move(*solver), std::move(modes), product);
+  Result<SculptSystem> system =
+      finish(rest.control, setup.mode, std::move(movable), std::move(*solver), std::move(modes), product);
+  if (system) system->parallel_ = iteration.parallel;
+  return system;
 }
 
 Result<SculptSystem> SculptSystem::create(const BSplineCurve& rest, const CurveSculptSetup& setup) {

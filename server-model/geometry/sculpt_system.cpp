@@ -326,7 +326,8 @@ Result<SculptSystem::Moves> SculptSystem::moves_of(std::span<const SculptField> 
 }
 
 Result<SculptSolution> SculptSystem::solve(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
-                                           std::span<const SculptField> fields, ConflictPolicy policy) {
+                                           std::span<const SculptField> fields, ConflictPolicy policy,
+                                           SculptDetail detail, std::vector<Vec3> reused) {
   if (const Status status = check_rows(rows); !status) return status.error();
   if (const Status status = check_loads(loads); !status) return status.error();
   if (const Status status = prepare(rows); !status) return status.error();
@@ -341,7 +342,7 @@ Result<SculptSolution> SculptSystem::solve(std::span<const SculptRow> rows, std:
   if (!answer) return answer.error();
 
   SculptSolution solution;
-  solution.control = rest_;
+  solution.control = std::move(reused);
   solution.dependent = prepared_.dependent;
   solution.off = std::move(answer->off);
   solution.conflicts = std::move(answer->conflicts);
@@ -356,15 +357,13 @@ Result<SculptSolution> SculptSystem::solve(std::span<const SculptRow> rows, std:
   const Eigen::MatrixX3d amounts = mode_amounts(*answer);
   for (Eigen::Index mode = 0; mode < amounts.rows(); ++mode)
     parts.push_back({columns_.modes().col(mode).data(), amounts.row(mode).transpose()});
-  const auto n = static_cast<Eigen::Index>(unknowns_.size());
-  Eigen::MatrixX3d displacement =
-      own_response_.rows() > 0 ? own_response_ : Eigen::MatrixX3d::Zero(n, 3).eval();
-  add_columns(parts, displacement);
-  if (!displacement.allFinite())
+  const MovedPoints moved =
+      move_points(rest_, unknowns_, own_response_, parts, parallel_, solution.control,
+                  detail == SculptDetail::displacement ? &solution.displacement : nullptr);
+  if (!moved.finite)
     return make_error(ErrorCode::invalid_argument, "found targets or forces beyond any shape", "rows");
-  for (Eigen::Index i = 0; i < n; ++i)
-    solution.control[unknowns_[static_cast<std::size_t>(i)]] += displacement.row(i).transpose();
-  solution.displacement = std::move(displacement);
+  solution.moved = moved.any;
+  solution.farthest_m = moved.farthest_m;
   return solution;
 }
 

@@ -74,11 +74,19 @@ struct SculptConflict {
 
 struct SculptSolution {
   std::vector<Vec3> control;              ///< All control points; the held ones have the rest shape's bits.
+  bool moved = false;                     ///< Some control point has other bits than at rest.
+  double farthest_m = 0;                  ///< Largest |coordinate| of control points.
   Eigen::MatrixX3d displacement;          ///< Of the movable ones, ascending, before it is added and rounded.
   std::vector<Vec3> reactions;            ///< The force by which each row acts, on its functional.
   std::vector<DependentRow> dependent;    ///< Ascending.
   std::vector<double> off;                ///< How far each row is off, in its unit; none where all are kept.
   std::vector<SculptConflict> conflicts;  ///< Ascending; none under ConflictPolicy::refuse.
+};
+
+/// What a frame of a drag asks for: a million control points and their displacements are twice the memory.
+enum class SculptDetail : std::uint8_t {
+  shape,         ///< SculptSolution::displacement stays empty; residual() needs it.
+  displacement,  ///< All.
 };
 
 /// How well a solution meets the conditions of a minimum (Karush, Kuhn and Tucker).
@@ -107,8 +115,11 @@ class SculptSystem {
                                ConflictPolicy policy);
   /// The same with the pins moved. Pins that follow from others go where those take them; how far that is
   /// from where they are to be is for the caller to see. Errors: also invalid_argument, naming fields[i].
+  /// `reused`: memory for the control points, whatever it holds.
   Result<SculptSolution> solve(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
-                               std::span<const SculptField> fields, ConflictPolicy policy);
+                               std::span<const SculptField> fields, ConflictPolicy policy,
+                               SculptDetail detail = SculptDetail::displacement,
+                               std::vector<Vec3> reused = {});
   /// Pins that follow from others or from what is held, ascending.
   std::vector<std::size_t> dependent_pins() const {
     return columns_.pinned() == nullptr ? std::vector<std::size_t>{} : columns_.pinned()->dependent();
@@ -171,6 +182,7 @@ class SculptSystem {
   Eigen::MatrixX3d mode_amounts(const Answer& answer) const;
   Vec3 rest_value(const SurfaceFunctional& functional) const;
 
+  ParallelFor parallel_ = run_in_turn;
   std::vector<Vec3> rest_;
   double extent_m_ = 1;  // The diagonal of the rest shape's box.
   double stiffness_norm_ = 0;

@@ -294,12 +294,6 @@ Status add_load(const SculptIcon& icon, const BSplineSurface& rest, const Demand
   return {};
 }
 
-double diagonal(const BSplineSurface& surface) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3& point : surface.control) box.extend(point);
-  return box.diagonal().norm();
-}
-
 /// The solver names its own fields; people know the operation's.
 Error under(Error error, std::string_view field) {
   if (!error.field.empty()) error.message = fmt::format("{}: {}", error.field, error.message);
@@ -515,7 +509,9 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
   const BSplineSurface& rest = *shape.rest;
   Demands demands;
   bool loaded = shape.absolute;
-  const double diagonal_m = diagonal(rest);
+  SculptSolvers once(1);
+  SculptSolvers& solvers = context.sculpt_solvers ? *context.sculpt_solvers : once;
+  const double diagonal_m = solvers.diagonal_m(shape.rest);
   for (std::size_t i = 0; i < shape.icons->size(); ++i) {
     const SculptIcon& icon = (*shape.icons)[i];
     if (!icon.acts()) continue;
@@ -538,8 +534,6 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
     if (!context.sculpt_solvers || !waits(shape)) return {};
   }
 
-  SculptSolvers once(1);
-  SculptSolvers& solvers = context.sculpt_solvers ? *context.sculpt_solvers : once;
   if (demands.rows.size() > context.limits.max_constraint_rows ||
       is_large(shape, demands.held, solvers.iteration().direct_unknowns)) {
     demands.pinned = take_pins(shape, demands.rows, demands.owner);
@@ -570,7 +564,8 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
     if (still) return {};
     // Whoever contradicts is named below, by icons.
     auto solved = system.solve(demands.rows, demands.loads, demands.pinned.fields,
-                               geometry::ConflictPolicy::least_squares);
+                               geometry::ConflictPolicy::least_squares, geometry::SculptDetail::shape,
+                               solvers.buffers().take(rest.control.size()));
     if (!solved) return solved.error();
     solution = std::move(*solved);
     demands.dependent_pins = system.dependent_pins();
@@ -591,19 +586,16 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
   }
   const Conflicts conflicts = conflicts_of(*solution, demands, diagonal_m);
   if (!conflicts.empty() && !shape.least_squares) return contradiction(conflicts, shape, field);
-  for (const Vec3& point : solution->control) {
-    if (!(point.cwiseAbs().maxCoeff() <= context.limits.max_coordinate_m)) {
-      return make_error(ErrorCode::invalid_argument,
-                        fmt::format("would move \"{}\" out of the workspace of {} m", shape.id,
-                                    context.limits.max_coordinate_m),
-                        std::string(field));
-    }
+  if (!(solution->farthest_m <= context.limits.max_coordinate_m)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("would move \"{}\" out of the workspace of {} m", shape.id,
+                                  context.limits.max_coordinate_m),
+                      std::string(field));
   }
-  if (solution->control == rest.control) {
-    shape.surface = shape.rest;
+  if (solution->moved) {
+    shape.surface = solvers.buffers().share({rest.u, rest.v, std::move(solution->control), rest.weights});
   } else {
-    shape.surface = std::make_shared<const BSplineSurface>(
-        BSplineSurface{rest.u, rest.v, std::move(solution->control), rest.weights});
+    shape.surface = shape.rest;
   }
   update_places(shape);
   note_rows(*solution, demands, shape, diagonal_m, conflicts, notes);

@@ -1,5 +1,6 @@
 #include "server-model/model/sculpt_solvers.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
@@ -47,6 +48,18 @@ Status SculptSolvers::with(const std::shared_ptr<const geometry::BSplineSurface>
     each = keep ? std::next(each) : kept_.erase(each);
   }
   return use(kept_.front().system);
+}
+
+double SculptSolvers::diagonal_m(const std::shared_ptr<const geometry::BSplineSurface>& rest) {
+  const std::lock_guard lock(measured_mutex_);
+  const auto found = std::find_if(measured_.begin(), measured_.end(),
+                                  [&](const Measured& each) { return each.rest.lock() == rest; });
+  if (found != measured_.end()) return found->diagonal_m;
+  Eigen::AlignedBox3d box;
+  for (const geometry::Vec3& point : rest->control) box.extend(point);
+  measured_.push_front({rest, box.diagonal().norm()});
+  if (measured_.size() > max_systems_ + 1) measured_.pop_back();
+  return measured_.front().diagonal_m;
 }
 
 std::size_t SculptSolvers::made() const {

@@ -13,6 +13,7 @@
 
 #include "common/base/result.h"
 #include "server-model/geometry/sculpt_system.h"
+#include "server-model/model/control_buffers.h"
 #include "server-model/model/sculpt_shape.h"
 
 namespace handloft::model {
@@ -38,6 +39,10 @@ class SculptSolvers {
   Status with(const std::shared_ptr<const geometry::BSplineSurface>& rest, const geometry::SculptSetup& setup,
               const geometry::ParallelFor& parallel, const Use& use);
 
+  /// Of the rest shape's control points: the diagonal of their box, remembered of the last few.
+  double diagonal_m(const std::shared_ptr<const geometry::BSplineSurface>& rest);
+  ControlBuffers& buffers() { return buffers_; }
+
   /// How many were made so far.
   std::size_t made() const;
 
@@ -53,6 +58,13 @@ class SculptSolvers {
   mutable std::mutex mutex_;
   std::list<Kept> kept_;  ///< Most recently used first.
   std::size_t made_ = 0;
+  ControlBuffers buffers_;
+  struct Measured {
+    std::weak_ptr<const geometry::BSplineSurface> rest;
+    double diagonal_m = 0;
+  };
+  std::mutex measured_mutex_;
+  std::list<Measured> measured_;  ///< Most recent first.
 };
 
 }  // namespace handloft::model

@@ -210,13 +210,13 @@ void SculptMesher::evaluate_places(const BSplineSurface& surface) {
   }
 }
 
-Status SculptMesher::evaluate(const BSplineSurface& surface) {
+Status SculptMesher::evaluate(const BSplineSurface& surface, const geometry::ParallelFor& parallel) {
   if (grid_.empty()) {
     evaluate_places(surface);
     return {};
   }
   geometry::GridTessellation& grid = grid_.front();
-  if (const Status updated = grid.update(surface.control); !updated) return updated;
+  if (const Status updated = grid.update(surface.control, parallel); !updated) return updated;
   for (const std::uint32_t vertex : grid.changed())
     take(vertex, grid.mesh().positions[vertex], grid.mesh().normals[vertex]);
   return {};
@@ -226,8 +226,8 @@ Result<v1::Mesh> SculptMesher::pack() const {
   return codec::encode_mesh(vertices_, triangles_);
 }
 
-Result<v1::Mesh> SculptMesher::mesh(const BSplineSurface& surface) {
-  if (const Status evaluated = evaluate(surface); !evaluated) return evaluated.error();
+Result<v1::Mesh> SculptMesher::mesh(const BSplineSurface& surface, const geometry::ParallelFor& parallel) {
+  if (const Status evaluated = evaluate(surface, parallel); !evaluated) return evaluated.error();
   return pack();
 }
 

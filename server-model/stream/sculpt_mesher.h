@@ -44,9 +44,11 @@ class SculptMesher {
 
   /// Evaluates and packs. Precondition: fits(). Errors: invalid_argument for numbers that are not finite;
   /// those of encode_mesh().
-  Result<v1::Mesh> mesh(const geometry::BSplineSurface& surface);
+  Result<v1::Mesh> mesh(const geometry::BSplineSurface& surface,
+                        const geometry::ParallelFor& parallel = geometry::run_in_turn);
   /// Its first part alone: the vertices as they are to be packed.
-  Status evaluate(const geometry::BSplineSurface& surface);
+  Status evaluate(const geometry::BSplineSurface& surface,
+                  const geometry::ParallelFor& parallel = geometry::run_in_turn);
   /// And its second.
   Result<v1::Mesh> pack() const;
 
