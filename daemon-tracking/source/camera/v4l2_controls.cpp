@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
+#include <cmath>
 
 namespace handloft::tracking {
 
@@ -58,7 +58,9 @@ std::int32_t within(const v4l2_queryctrl& query, std::int32_t value) {
   if (query.type == V4L2_CTRL_TYPE_BOOLEAN) return value != 0 ? 1 : 0;
   const std::int32_t clamped = std::clamp(value, query.minimum, std::max(query.minimum, query.maximum));
   if (query.step < 2 || query.type == V4L2_CTRL_TYPE_MENU) return clamped;
-  return query.minimum + (clamped - query.minimum) / query.step * query.step;
+  // Wide enough for whatever range a driver names.
+  const std::int64_t low = query.minimum;
+  return static_cast<std::int32_t>(low + (clamped - low) / query.step * query.step);
 }
 
 std::string joined(const std::vector<std::string>& words) {
@@ -91,7 +93,7 @@ void ControlKeeper::hold(V4l2System& system, int fd, std::uint32_t id, const cha
   if (!got) return;
   if (!written && *got != value) {
     refused_.push_back(fmt::format("{} can't be set to {}, it is {}", name, value, *got));
-  } else if (std::abs(*got - *wanted) > rounding_part * std::abs(*wanted) + 1) {
+  } else if (const double asked = *wanted; std::abs(*got - asked) > rounding_part * std::abs(asked) + 1) {
     refused_.push_back(fmt::format("{} was asked to be {}, the camera set {} (it has {}..{})", name, *wanted,
                                    *got, query->minimum, query->maximum));
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <tuple>
 
 namespace handloft::tracking {
@@ -39,7 +40,8 @@ auto rank(const VideoMode& mode, const ModeWish& wish) {
   const double wanted_pixels = static_cast<double>(wish.width_px) * wish.height_px;
   const double pixels = static_cast<double>(mode.width_px) * mode.height_px;
   const double size_miss = std::abs(std::log(pixels / std::max(1.0, wanted_pixels)));
-  const bool same_shape = mode.width_px * wish.height_px == mode.height_px * wish.width_px;
+  const bool same_shape =
+      std::int64_t{mode.width_px} * wish.height_px == std::int64_t{mode.height_px} * wish.width_px;
   const bool fits = bandwidth_bytes_per_s(mode) <= wish.bandwidth_bytes_per_s;
   // Raw pictures lose nothing and cost nothing to decode, if they fit.
   const int format = mode.format == PixelFormat::mjpeg ? 1 : (fits ? 0 : 2);
@@ -58,7 +60,9 @@ std::vector<VideoMode> rank_modes(const std::vector<VideoSize>& sizes, const Mod
   std::vector<VideoMode> modes;
   for (const VideoSize& size : sizes) {
     if (wish.format && size.format != *wish.format) continue;
-    if (size.width_px < 1 || size.height_px < 1) continue;
+    if (size.width_px < 1 || size.height_px < 1 || size.width_px > largest_side_px ||
+        size.height_px > largest_side_px)
+      continue;
     for (const double rate : size.rates_hz) {
       if (std::isfinite(rate) && rate > 0)
         modes.push_back({size.format, size.width_px, size.height_px, rate});

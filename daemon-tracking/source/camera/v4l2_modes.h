@@ -13,6 +13,9 @@
 
 namespace handloft::tracking {
 
+/// No webcam's picture is larger; what a driver names beyond it is not believed.
+inline constexpr int largest_side_px = 16384;
+
 /// One size of one format with the rates that the driver names for it, fastest first.
 struct VideoSize {
   PixelFormat format = PixelFormat::mjpeg;

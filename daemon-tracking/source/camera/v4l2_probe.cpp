@@ -138,6 +138,7 @@ std::vector<VideoSize> query_sizes(V4l2System& system, int fd, const ModeWish& w
     const std::optional<PixelFormat> format = format_of(description.pixelformat);
     if (!format) continue;
     const auto add = [&](std::uint32_t width, std::uint32_t height) {
+      if (width > largest_side_px || height > largest_side_px) return;
       const auto same = [&](const VideoSize& each) {
         return each.format == *format && each.width_px == static_cast<int>(width) &&
                each.height_px == static_cast<int>(height);

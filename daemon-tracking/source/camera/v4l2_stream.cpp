@@ -118,7 +118,7 @@ Status V4l2Stream::set_format(const VideoMode& wanted) {
   // The driver may have changed every field to what it can do.
   const v4l2_pix_format& granted = format.fmt.pix;
   const std::optional<PixelFormat> pixels = format_of(granted.pixelformat);
-  constexpr std::uint32_t most_side = 16384;
+  constexpr std::uint32_t most_side = largest_side_px;
   if (!pixels || granted.width < 1 || granted.height < 1 || granted.width > most_side ||
       granted.height > most_side) {
     return make_error(ErrorCode::unsupported,
@@ -250,7 +250,8 @@ Result<std::optional<V4l2Stream::Dequeued>> V4l2Stream::dequeue() {
   got.at = clock_.now();
   // A driver's stamp may be anything; what can't be nanoseconds is none.
   constexpr std::int64_t most_seconds = 1'000'000'000;
-  if (buffer.timestamp.tv_sec >= 0 && buffer.timestamp.tv_sec < most_seconds && buffer.timestamp.tv_usec >= 0)
+  if (buffer.timestamp.tv_sec >= 0 && buffer.timestamp.tv_sec < most_seconds &&
+      buffer.timestamp.tv_usec >= 0 && buffer.timestamp.tv_usec < 1'000'000)
     got.stamp.ns = buffer.timestamp.tv_sec * 1'000'000'000 + buffer.timestamp.tv_usec * 1000;
   got.stamp.monotonic = (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
   got.stamp.point = (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE

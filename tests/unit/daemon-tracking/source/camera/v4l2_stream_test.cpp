@@ -7,7 +7,10 @@
 #include <linux/videodev2.h>
 
 #include <cerrno>
+#include <cstring>
+#include <random>
 
+#include "daemon-tracking/source/camera/v4l2_controls.h"
 #include "tests/support/fake_v4l2_system.h"
 
 namespace handloft::tracking {
@@ -279,6 +282,47 @@ TEST_F(StreamT1, AFormatThatNobodyReadsAndAbsurdAnswersAreRefused) {
   });
   ASSERT_TRUE(deliver(0));
   EXPECT_FALSE((*stream)->newest().ok());
+}
+
+// Words of any answer may be anything: an error or a frame, never a crash, never a wait for ever.
+TEST_F(StreamT1, ADriverThatLiesAnywhereIsSurvived) {
+  camera.sizes = {{PixelFormat::mjpeg, 64, 48, {30}}, {PixelFormat::yuyv, 64, 48, {30}}};
+  camera.controls = {{V4L2_CID_EXPOSURE_AUTO, {0, 3, 1, 3}},
+                     {V4L2_CID_EXPOSURE_ABSOLUTE, {3, 2047, 1, 250}},
+                     {V4L2_CID_GAIN, {0, 255, 5, 64}}};
+  std::mt19937 random(1);
+  int opened = 0, frames = 0;
+  for (int round = 0; round < 2000; ++round) {
+    const unsigned rarity = 1 + random() % 60;
+    system->set_liar([&](unsigned long request, void* argument) {
+      if (random() % rarity != 0) return;
+      constexpr std::uint32_t telling[] = {0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF};
+      const std::uint32_t word =
+          random() % 2 == 0 ? telling[random() % 5] : static_cast<std::uint32_t>(random());
+      const std::size_t words = _IOC_SIZE(request) / sizeof word;
+      if (words == 0) return;
+      std::memcpy(static_cast<char*>(argument) + random() % words * sizeof word, &word, sizeof word);
+    });
+    const Opened stream = open();
+    if (!stream) continue;
+    ++opened;
+    ControlKeeper keeper({});
+    keeper.apply(*system, (*stream)->fd());
+    keeper.check(*system, (*stream)->fd());
+    FrameStamper stamper({});
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      deliver(i, i % 2 == 0 ? fake_jpeg() : std::vector<std::uint8_t>(64 * 48 * 2));
+      const auto frame = (*stream)->newest();
+      if (!frame) break;
+      if (!*frame) continue;
+      ++frames;
+      EXPECT_LE((*frame)->bytes->size(), 64u * 48u * 2u);
+      stamper.stamp((*frame)->stamp, (*frame)->dequeued, std::chrono::milliseconds(5));
+    }
+  }
+  EXPECT_EQ(system->mapped_count(), 0);
+  EXPECT_GT(opened, 100);
+  EXPECT_GT(frames, 100);
 }
 
 TEST_F(StreamT1, AGrantedRateThatIsLowerIsTold) {
