@@ -293,7 +293,7 @@ TEST_F(StreamT1, ADriverThatLiesAnywhereIsSurvived) {
   std::mt19937 random(1);
   int opened = 0, frames = 0;
   for (int round = 0; round < 2000; ++round) {
-    const unsigned rarity = 1 + random() % 60;
+    const auto rarity = 1 + random() % 60;
     system->set_liar([&](unsigned long request, void* argument) {
       if (random() % rarity != 0) return;
       constexpr std::uint32_t telling[] = {0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF};
