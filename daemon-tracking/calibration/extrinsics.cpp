@@ -14,6 +14,9 @@ namespace {
 
 using Eigen::Isometry3d;
 
+/// A start may be off by some pixels: until then no corner is an outlier for less.
+constexpr double first_huber_px = 3.0;
+
 Error refused(std::string words) {
   return make_error(ErrorCode::failed_precondition, std::move(words), "extrinsics");
 }
@@ -165,6 +168,7 @@ Built build(const Assembly& made, const std::vector<bool>& left_out) {
         corner.links = 2;
         corner.point_m = seen.point_m;
         corner.pixel = seen.pixel;
+        corner.sigma_px = made.options.corner_sigma_px;
         built.view_of_corner.push_back(view);
       }
     }
@@ -194,21 +198,23 @@ Built build(const Assembly& made, const std::vector<bool>& left_out) {
       corner.links = 2;
       corner.point_m = tag_corners(alone)[static_cast<std::size_t>(view.ids[c] % 4)];
       corner.pixel = view.corners[c].pixel;
+      corner.sigma_px = made.options.corner_sigma_px;
       built.view_of_corner.push_back(input.views.size() + i);
     }
   }
   return built;
 }
 
-Result<BundleOutcome> solve(BundleProblem& problem, double huber_sigmas) {
+Result<BundleOutcome> solve(BundleProblem& problem, const ExtrinsicsOptions& options) {
   BundleOptions bundle;
-  bundle.huber_sigmas = 3.0;  // Pixels, at first: a start may be off.
+  bundle.huber_sigmas = first_huber_px / options.corner_sigma_px;
   Result<BundleOutcome> outcome = adjust(problem, bundle);
   if (!outcome) return outcome;
-  const double limit = huber_sigmas * 1.5 * robust_sigma(outcome->residuals);
+  const double limit = options.huber_sigmas * 1.5 * robust_sigma(outcome->residuals);
   const bool outliers = std::any_of(outcome->residuals.begin(), outcome->residuals.end(),
                                     [&](const auto& residual) { return residual.norm() > limit; });
-  bundle.huber_sigmas = outliers && limit > 0 ? limit : std::numeric_limits<double>::infinity();
+  bundle.huber_sigmas =
+      outliers && limit > 0 ? limit / options.corner_sigma_px : std::numeric_limits<double>::infinity();
   return adjust(problem, bundle);
 }
 
@@ -373,7 +379,7 @@ Result<ExtrinsicsCalibration> calibrate_extrinsics(const ExtrinsicsInput& input,
   Result<BundleOutcome> outcome = make_error(ErrorCode::internal, "nothing solved");
   while (true) {
     built = build(assembly, left_out);
-    outcome = solve(built.problem, options.huber_sigmas);
+    outcome = solve(built.problem, options);
     if (!outcome) return outcome.error();
     // The worst hand-held view goes, as long as it is far worse than the others.
     std::map<std::size_t, std::pair<double, int>> sums;
@@ -403,6 +409,14 @@ Result<ExtrinsicsCalibration> calibrate_extrinsics(const ExtrinsicsInput& input,
   }
   if (outcome->pose_sigmas.empty())
     return refused("the views don't determine where the cameras are: hold the board up in more places");
+  // Where all of the world is cannot be known; what counts is how sure a camera is among the tags as they
+  // were found, so these are held for the sigmas.
+  BundleProblem among = built.problem;
+  for (const std::uint32_t tag : built.tag_pose) among.poses[tag].hold = Hold::fixed;
+  BundleOptions only_sigmas;
+  only_sigmas.max_iterations = 0;
+  const Result<BundleOutcome> sure = adjust(among, only_sigmas);
+  if (sure && !sure->pose_sigmas.empty()) outcome->pose_sigmas = sure->pose_sigmas;
   settle_world(assembly, built);
 
   made.rms_px = outcome->rms_px;

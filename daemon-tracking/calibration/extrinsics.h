@@ -54,12 +54,14 @@ struct ExtrinsicsOptions {
   TablePrint print = TablePrint::glued;
   double glued_sigma_m = 0.004, glued_sigma_rad = 0.03;  ///< By hand along a pencil line.
   Hold lenses = Hold::fixed;                             ///< Free: refined together with the poses.
-  double huber_sigmas = 4.0;
+  double corner_sigma_px = 0.3;     ///< Against which the priors of glued tags are weighed.
+  double huber_sigmas = 4.0;        ///< In robust standard deviations of the corners.
   double refuse_view_rms = 4.0;     ///< Times the median,
   double refuse_view_rms_px = 0.8;  ///< and above this.
   std::size_t min_table_tags = 3;   ///< Seen by a camera that shares no moment with another.
   double good_rms_px = 0.5, usable_rms_px = 1.2;
-  double good_sigma_m = 0.001, usable_sigma_m = 0.004;  ///< Of a camera's position.
+  double good_sigma_m = 0.002,
+         usable_sigma_m = 0.005;  ///< Of a camera's position; glued tags' world included.
 };
 
 struct ExtrinsicsCalibration {
