@@ -182,11 +182,12 @@ TEST_F(MockDevices, A3dMouseOverHidraw) {
 /// A tablet's state behind EVIOC*.
 struct MockTablet {
   std::mutex mutex;
-  std::set<unsigned> pressed;
+  std::set<int> pressed;
   std::array<int, ABS_CNT> values{};
   int clock = -1;
 
-  static void set_bit(std::span<std::uint8_t> bytes, unsigned bit) {
+  static void set_bit(std::span<std::uint8_t> bytes, int number) {
+    const auto bit = static_cast<unsigned>(number);
     if (bit / 8 < bytes.size()) bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] | 1u << (bit % 8));
   }
 
@@ -217,17 +218,17 @@ struct MockTablet {
     if (number == 0x07 || number == 0x08) return -ENOENT;  // Place, unique id
     std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
     if (number == 0x18) {  // Pressed keys
-      for (const unsigned key : pressed) set_bit(bytes, key);
+      for (const int key : pressed) set_bit(bytes, key);
       return size;
     }
     if (number == 0x09 || (number > 0x18 && number <= 0x1B)) return size;
     if (number >= 0x20 && number < 0x40) {  // What it has
       if (number == 0x20)
-        for (const unsigned type : {EV_SYN, EV_KEY, EV_ABS}) set_bit(bytes, type);
+        for (const int type : {EV_SYN, EV_KEY, EV_ABS}) set_bit(bytes, type);
       if (number == 0x20 + EV_KEY)
-        for (const unsigned key : {BTN_TOOL_PEN, BTN_TOUCH, BTN_STYLUS}) set_bit(bytes, key);
+        for (const int key : {BTN_TOOL_PEN, BTN_TOUCH, BTN_STYLUS}) set_bit(bytes, key);
       if (number == 0x20 + EV_ABS)
-        for (const unsigned axis : {ABS_X, ABS_Y, ABS_PRESSURE}) set_bit(bytes, axis);
+        for (const int axis : {ABS_X, ABS_Y, ABS_PRESSURE}) set_bit(bytes, axis);
       return size;
     }
     if (number >= 0x40 && number < 0x40 + ABS_CNT) {
