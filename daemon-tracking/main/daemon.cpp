@@ -198,7 +198,7 @@ class Daemon {
     return {};
   }
 
-  StageParts stage_parts(const SessionPlan& plan, std::function<std::vector<FrameLosses>()> losses) {
+  StageParts stage_parts(const SessionPlan& plan, const std::function<std::vector<FrameLosses>()>& losses) {
     StageParts parts;
     parts.recorder = recorder_.get();
     parts.ring = ring_ ? &*ring_ : nullptr;

@@ -18,6 +18,7 @@ inline constexpr std::string_view exit_status_words =
     "Exit status: 0 the source ended or was told to end, also where a recording is cut off as after a crash\n"
     "(a warning says so); 1 it could not start, the recording that it replayed is damaged (what comes "
     "before\n"
-    "was played), the one that it wrote is not whole, or the report was not written; 2 wrong usage.";
+    "was played), the one that it wrote is not whole, or the report was not written; 2 wrong usage, or a\n"
+    "configuration or calibration that is wrong or missing.";
 
 }  // namespace handloft::tracking

@@ -2,6 +2,8 @@
 // ask it, and recordings that outlive it.
 
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <fnmatch.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -21,6 +23,8 @@
 
 #include "common/net/message_client.h"
 #include "common/record/recording.h"
+#include "daemon-tracking/source/glove_report.h"
+#include "daemon-tracking/source/space_mouse/space_mouse_report.h"
 #include "proto/session.pb.h"
 #include "tests/support/process.h"
 #include "tests/support/test_data.h"
@@ -363,7 +367,7 @@ TEST_F(TrackdOperation, AnotherUserIsRefusedT14) {
 TEST_F(TrackdOperation, ARecordingOutlivesKillAtAnyMomentT13) {
   std::mt19937 random(13);
   std::uint64_t most = 0;
-  for (int round = 0; round < 6; ++round) {
+  for (int round = 0; round < 5; ++round) {
     const auto recording = file("killed-" + std::to_string(round) + ".rec");
     const auto daemon = start({"--simulate", "tour", "--pace", "fast", "--no-video", "--log-level", "off",
                                "--wait-for-subscribers", "1", "--record", recording.string()});
@@ -471,6 +475,49 @@ TEST(SystemdUnit, UnitAndSocketAreWellFormed) {
   const int status = verify.wait(patience).value_or(-1);
   EXPECT_EQ(status, 0) << verify.error_output();
   EXPECT_EQ(verify.error_output().find("handloft"), std::string::npos) << verify.error_output();
+}
+
+// The rules and the daemon must mean the same devices.
+TEST(UdevRules, NameTheGloveAndEvery3DMouseByCable) {
+  std::ifstream in(HANDLOFT_UDEV_RULES);
+  std::vector<std::string> rules;
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("SUBSYSTEM==")) rules.push_back(line);
+  ASSERT_GE(rules.size(), 6u);
+  // udev's patterns are those of fnmatch, with | between alternatives.
+  const auto value_of = [](const std::string& rule, const std::string& key) {
+    const std::size_t at = rule.find(key + "==\"");
+    if (at == std::string::npos) return std::string("*");
+    const std::size_t begin = at + key.size() + 3;
+    return rule.substr(begin, rule.find('"', begin) - begin);
+  };
+  const auto matches = [](const std::string& patterns, const std::string& text) {
+    for (std::size_t begin = 0; begin <= patterns.size();) {
+      const std::size_t end = std::min(patterns.find('|', begin), patterns.size());
+      if (fnmatch(patterns.substr(begin, end - begin).c_str(), text.c_str(), 0) == 0) return true;
+      begin = end + 1;
+    }
+    return false;
+  };
+  const auto granted = [&](std::uint16_t vendor, std::uint16_t product) {
+    return std::any_of(rules.begin(), rules.end(), [&](const std::string& rule) {
+      return rule.find("SUBSYSTEM==\"hidraw\"") == 0 && rule.find("TAG+=\"uaccess\"") != std::string::npos &&
+             matches(value_of(rule, "ATTRS{idVendor}"), fmt::format("{:04x}", vendor)) &&
+             matches(value_of(rule, "ATTRS{idProduct}"), fmt::format("{:04x}", product));
+    });
+  };
+  EXPECT_TRUE(granted(glove_usb_vendor, glove_usb_product));
+  int mice = 0;
+  for (const std::uint16_t vendor : {std::uint16_t{0x046D}, std::uint16_t{0x256F}}) {
+    for (unsigned product = 0; product <= 0xFFFF; ++product) {
+      if (!is_known_space_mouse(vendor, static_cast<std::uint16_t>(product))) continue;
+      ++mice;
+      EXPECT_TRUE(granted(vendor, static_cast<std::uint16_t>(product)))
+          << std::hex << vendor << ':' << product;
+    }
+  }
+  EXPECT_GT(mice, 10);
+  EXPECT_FALSE(granted(0x046D, 0xC31C)) << "a keyboard";
 }
 
 }  // namespace
