@@ -17,8 +17,6 @@ constexpr double least_coefficient = 1e-6;
 /// is the later ones that follow from the first.
 constexpr double first_of_equals = 1 - 1e-6;
 constexpr int refinements = 2;
-/// Anchors are hard rows where these pin the modes to within this part of the best.
-constexpr double hard_anchor = 1e-3;
 
 }  // namespace
 
@@ -49,24 +47,10 @@ void ConstraintFactor::choose_anchors() {
   }
   scaled_b_ = (scaled_b_ * pinned_).eval();
   std::vector<bool> is_anchor(static_cast<std::size_t>(m), false);
-  Rows candidates;
-  for (Eigen::Index i = 0; i < m; ++i)
-    if (!is_soft(i)) candidates.push_back(i);
-  const auto pin_by = [&](const Eigen::MatrixXd& rows) {
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> order(rows.transpose());
-    const auto& r = order.matrixQR();
-    if (rows.rows() < m && std::abs(r(pinned - 1, pinned - 1)) < hard_anchor * std::abs(r(0, 0)))
-      return false;
-    for (Eigen::Index i = 0; i < pinned; ++i) {
-      const Eigen::Index at = order.colsPermutation().indices()[i];
-      is_anchor[static_cast<std::size_t>(rows.rows() < m ? candidates[static_cast<std::size_t>(at)] : at)] =
-          true;
-    }
-    return true;
-  };
   if (pinned > 0) {
-    const auto hard = static_cast<Eigen::Index>(candidates.size());
-    if (hard == m || hard < pinned || !pin_by(scaled_b_(candidates, Eigen::all))) pin_by(scaled_b_);
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> order(scaled_b_.transpose());
+    for (Eigen::Index i = 0; i < pinned; ++i)
+      is_anchor[static_cast<std::size_t>(order.colsPermutation().indices()[i])] = true;
   }
   for (Eigen::Index i = 0; i < m; ++i)
     (is_anchor[static_cast<std::size_t>(i)] ? anchors_ : others_).push_back(i);
@@ -196,8 +180,7 @@ ConstraintFactor::Multipliers ConstraintFactor::step(const Eigen::MatrixXd& d,
 // Responses that the kept rows can bring about: those of the anchors at will, those of the others theirs
 // through T, and beside that the span of the Cholesky factor.
 ConstraintFactor::Multipliers ConstraintFactor::least_squares_step(const Eigen::MatrixXd& d,
-                                                                   const Eigen::MatrixXd& h,
-                                                                   Nearness of) const {
+                                                                   const Eigen::MatrixXd& h) const {
   Multipliers result{Eigen::MatrixXd::Zero(rows(), d.cols()),
                      Eigen::MatrixXd::Zero(pinned_.cols(), d.cols())};
   if (!anchors_.empty()) result.rows(anchors_, Eigen::all) = anchor_inverse_.transpose() * h;
@@ -208,7 +191,8 @@ ConstraintFactor::Multipliers ConstraintFactor::least_squares_step(const Eigen::
   Eigen::MatrixXd right(rows(), d.cols());
   right.topRows(pinned) = d(anchors_, Eigen::all);
   right.bottomRows(rows() - pinned) = d(others_, Eigen::all) - offset;
-  const Eigen::MatrixXd response = nearest(right, of);
+  const Eigen::MatrixXd response =
+      spanned_.cols() > 0 ? Eigen::MatrixXd(responses_.solve(right)) : Eigen::MatrixXd::Zero(0, right.cols());
   Eigen::MatrixXd amounts = response.bottomRows(response.rows() - pinned);
   triangle_.transpose().triangularView<Eigen::Upper>().solveInPlace(amounts);
   for (std::size_t i = 0; i < pivots_.size(); ++i) {
@@ -227,8 +211,10 @@ ConstraintFactor::Multipliers ConstraintFactor::unscaled(const Multipliers& scal
   return {scale_.cwiseInverse().asDiagonal() * scaled.rows, pinned_ * scaled.modes};
 }
 
-ConstraintFactor::Multipliers ConstraintFactor::solve(const Eigen::MatrixXd& values,
-                                                      const Eigen::MatrixXd& mode_loads) const {
+template <typename Step>
+ConstraintFactor::Multipliers ConstraintFactor::refined(const Eigen::MatrixXd& values,
+                                                        const Eigen::MatrixXd& mode_loads,
+                                                        const Step& step) const {
   const Eigen::MatrixXd h = borne(mode_loads);
   Multipliers scaled = step(scale_.cwiseInverse().asDiagonal() * values, h);
   for (int i = 0; i < refinements; ++i) {
@@ -241,89 +227,31 @@ ConstraintFactor::Multipliers ConstraintFactor::solve(const Eigen::MatrixXd& val
   return unscaled(scaled);
 }
 
-void ConstraintFactor::prepare_least_squares(Nearness of) {
+ConstraintFactor::Multipliers ConstraintFactor::solve(const Eigen::MatrixXd& values,
+                                                      const Eigen::MatrixXd& mode_loads) const {
+  return refined(values, mode_loads,
+                 [this](const Eigen::MatrixXd& d, const Eigen::MatrixXd& h) { return step(d, h); });
+}
+
+void ConstraintFactor::prepare_least_squares() {
+  if (has_responses_) return;
+  has_responses_ = true;
   const auto pinned = static_cast<Eigen::Index>(anchors_.size());
   const auto free = static_cast<Eigen::Index>(pivots_.size());
-  if (spanned_.size() == 0) {
-    spanned_ = Eigen::MatrixXd::Zero(rows(), pinned + free);
-    spanned_.topLeftCorner(pinned, pinned).setIdentity();
-    spanned_.bottomLeftCorner(rows() - pinned, pinned) = by_anchors_;
-    spanned_.bottomRightCorner(rows() - pinned, free) = lower_;
-  }
+  spanned_ = Eigen::MatrixXd::Zero(rows(), pinned + free);
   if (spanned_.cols() == 0) return;  // No row has any effect.
-  if (of == Nearness::all) {
-    if (!has_responses_) responses_.compute(spanned_);
-    has_responses_ = true;
-    return;
-  }
-  if (has_soft_responses_) return;
-  has_soft_responses_ = true;
-  for (Eigen::Index at = 0; at < rows(); ++at) {
-    const Eigen::Index row =
-        at < pinned ? anchors_[static_cast<std::size_t>(at)] : others_[static_cast<std::size_t>(at - pinned)];
-    if (is_soft(row)) {
-      soft_rows_.push_back(at);
-    } else if (std::binary_search(kept_.begin(), kept_.end(), row)) {
-      hard_.push_back(at);
-    }
-  }
-  const auto hard = static_cast<Eigen::Index>(hard_.size());
-  if (hard > 0) {
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(spanned_(hard_, Eigen::all).transpose());
-    hard_basis_ = qr.householderQ();
-    hard_triangle_ = qr.matrixQR().topRows(hard).triangularView<Eigen::Upper>();
-  } else {
-    hard_basis_ = Eigen::MatrixXd::Identity(spanned_.cols(), spanned_.cols());
-    hard_triangle_.resize(0, 0);
-  }
-  const Eigen::Index open = spanned_.cols() - hard;
-  if (open > 0 && !soft_rows_.empty())
-    soft_responses_.compute(spanned_(soft_rows_, Eigen::all) * hard_basis_.rightCols(open));
-}
-
-// Amounts of the kept rows' responses: the least squares of all, or of the soft rows beside the hard ones.
-Eigen::MatrixXd ConstraintFactor::nearest(const Eigen::MatrixXd& right, Nearness of) const {
-  if (spanned_.cols() == 0) return Eigen::MatrixXd::Zero(0, right.cols());
-  if (of == Nearness::all) return responses_.solve(right);
-  const auto hard = static_cast<Eigen::Index>(hard_.size());
-  const Eigen::Index open = spanned_.cols() - hard;
-  Eigen::MatrixXd amounts = Eigen::MatrixXd::Zero(spanned_.cols(), right.cols());
-  if (hard > 0) {
-    Eigen::MatrixXd met = right(hard_, Eigen::all);
-    hard_triangle_.transpose().triangularView<Eigen::Lower>().solveInPlace(met);
-    amounts = hard_basis_.leftCols(hard) * met;
-  }
-  if (open > 0 && !soft_rows_.empty()) {
-    const Eigen::MatrixXd off = right(soft_rows_, Eigen::all) - spanned_(soft_rows_, Eigen::all) * amounts;
-    amounts += hard_basis_.rightCols(open) * soft_responses_.solve(off);
-  }
-  return amounts;
-}
-
-ConstraintFactor::Multipliers ConstraintFactor::solve_nearest(const Eigen::MatrixXd& values,
-                                                              const Eigen::MatrixXd& mode_loads,
-                                                              Nearness of) {
-  prepare_least_squares(of);
-  const Eigen::MatrixXd h = borne(mode_loads);
-  Multipliers scaled = least_squares_step(scale_.cwiseInverse().asDiagonal() * values, h, of);
-  for (int i = 0; i < refinements; ++i) {
-    const Eigen::MatrixXd off =
-        scale_.cwiseInverse().asDiagonal() * Eigen::MatrixXd(-residual(unscaled(scaled), values));
-    const Multipliers correction = least_squares_step(off, h - scaled_b_.transpose() * scaled.rows, of);
-    scaled.rows += correction.rows;
-    scaled.modes += correction.modes;
-  }
-  return unscaled(scaled);
+  spanned_.topLeftCorner(pinned, pinned).setIdentity();
+  spanned_.bottomLeftCorner(rows() - pinned, pinned) = by_anchors_;
+  spanned_.bottomRightCorner(rows() - pinned, free) = lower_;
+  responses_.compute(spanned_);
 }
 
 ConstraintFactor::Multipliers ConstraintFactor::solve_least_squares(const Eigen::MatrixXd& values,
                                                                     const Eigen::MatrixXd& mode_loads) {
-  return solve_nearest(values, mode_loads, Nearness::all);
-}
-
-ConstraintFactor::Multipliers ConstraintFactor::solve_soft_least_squares(const Eigen::MatrixXd& values,
-                                                                         const Eigen::MatrixXd& mode_loads) {
-  return solve_nearest(values, mode_loads, Nearness::soft);
+  prepare_least_squares();
+  return refined(values, mode_loads, [this](const Eigen::MatrixXd& d, const Eigen::MatrixXd& h) {
+    return least_squares_step(d, h);
+  });
 }
 
 Eigen::MatrixXd ConstraintFactor::residual(const Multipliers& multipliers,

@@ -12,9 +12,8 @@
 // energy, is factorised by Cholesky with diagonal pivots until they are rounding. The order of pivots, and
 // with it every bit, depends on S and B alone.
 //
-// Soft rows are those of which there may be more than can be met (a curve's places, D9). They come after the
-// others, and are dropped while those kept are still told well apart: what a place hardly adds to its
-// neighbours would be bought with reactions that leave no digits for the rest.
+// Where rows are plenty and none is worth more than another (a curve's places on a large surface), they can
+// be told apart more coarsely: soft ones come after the others and are dropped earlier.
 
 #include <Eigen/Core>
 #include <Eigen/QR>
@@ -59,9 +58,6 @@ class ConstraintFactor {
   /// The same with all rows as near as they come: the least sum of squares of residuals, each in units of
   /// what the row yields to a unit force (root of its element of S).
   Multipliers solve_least_squares(const Eigen::MatrixXd& values, const Eigen::MatrixXd& mode_loads);
-  /// The same with the soft rows alone: the kept ones of the others are met exactly, those that depend on
-  /// them are left out.
-  Multipliers solve_soft_least_squares(const Eigen::MatrixXd& values, const Eigen::MatrixXd& mode_loads);
   /// S l + B c - d: how far each row is off.
   Eigen::MatrixXd residual(const Multipliers& multipliers, const Eigen::MatrixXd& values) const;
 
@@ -71,15 +67,17 @@ class ConstraintFactor {
   void choose_anchors();
   void factorise();
   Multipliers step(const Eigen::MatrixXd& scaled_values, const Eigen::MatrixXd& borne_loads) const;
-  enum class Nearness { all, soft };
-  void prepare_least_squares(Nearness of);
-  Eigen::MatrixXd nearest(const Eigen::MatrixXd& right, Nearness of) const;
-  Multipliers least_squares_step(const Eigen::MatrixXd& scaled_values, const Eigen::MatrixXd& borne_loads,
-                                 Nearness of) const;
-  Multipliers solve_nearest(const Eigen::MatrixXd& values, const Eigen::MatrixXd& mode_loads, Nearness of);
-  bool is_soft(Eigen::Index row) const { return !soft_.empty() && soft_[static_cast<std::size_t>(row)]; }
+  void prepare_least_squares();
+  Multipliers least_squares_step(const Eigen::MatrixXd& scaled_values,
+                                 const Eigen::MatrixXd& borne_loads) const;
+  /// Steps towards a solution, each from what the ones before left off.
+  template <typename Step>
+  Multipliers refined(const Eigen::MatrixXd& values, const Eigen::MatrixXd& mode_loads,
+                      const Step& step) const;
   Eigen::MatrixXd borne(const Eigen::MatrixXd& mode_loads) const;
   Multipliers unscaled(const Multipliers& scaled) const;
+
+  bool is_soft(Eigen::Index row) const { return !soft_.empty() && soft_[static_cast<std::size_t>(row)]; }
 
   Eigen::MatrixXd s_, b_;
   std::vector<bool> soft_;
@@ -96,10 +94,7 @@ class ConstraintFactor {
   Rows kept_, dependent_;
   Eigen::MatrixXd spanned_;  // What the kept rows bring about: anchors, then others. Made when asked for.
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> responses_;  // Of it.
-  Rows hard_, soft_rows_;                                  // Rows of it: kept hard ones, all soft ones.
-  Eigen::MatrixXd hard_basis_, hard_triangle_;             // Q, whole, and R of its hard rows, transposed.
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> soft_responses_;  // Of its soft rows beside the hard ones.
-  bool has_responses_ = false, has_soft_responses_ = false;
+  bool has_responses_ = false;
 };
 
 }  // namespace handloft::geometry

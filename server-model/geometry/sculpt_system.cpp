@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "server-model/geometry/column_sum.h"
 
@@ -16,9 +17,6 @@ namespace {
 constexpr double follows = 1e-11;
 /// A row this far off, of its scale, is a conflict where it has no tolerance of its own.
 constexpr double least_conflict = 1e-9;
-/// A soft row that was dropped is let be this near its target, of the rest shape's extent: the kept ones are
-/// met exactly. Beyond that all soft rows of a shape share what cannot be met (D9 asks 1e-4).
-constexpr double let_be = 1e-5;
 /// Loads on free modes below this part of all are rounding.
 constexpr double least_imbalance = 1e-9;
 
@@ -109,6 +107,10 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
     s(j, j) += next.yield[static_cast<std::size_t>(j)];
     if (modes > 0) b.row(j) = column.modes;
   }
+  Eigen::VectorXd soft_yields = Eigen::VectorXd::Zero(m);
+  for (Eigen::Index j = 0; j < m; ++j)
+    if (next.soft[static_cast<std::size_t>(j)]) soft_yields[j] = soft_yield * s(j, j);
+  s.diagonal() += soft_yields;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!next.coupled) {
       next.row_of.push_back(i);
@@ -135,12 +137,13 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
       for (Eigen::Index mode = 0; mode < modes; ++mode)
         all_modes.row(i).segment<3>(3 * mode) = b(row, mode) * along.transpose();
     }
-    std::vector<bool> soft_equations;
-    for (const std::size_t row : next.row_of) soft_equations.push_back(next.soft[row]);
-    next.factor = ConstraintFactor(std::move(all), std::move(all_modes), std::move(soft_equations));
+    next.factor = ConstraintFactor(std::move(all), std::move(all_modes));
   } else {
-    next.factor = ConstraintFactor(std::move(s), std::move(b), next.soft);
+    next.factor = ConstraintFactor(std::move(s), std::move(b));
   }
+  if (std::find(next.soft.begin(), next.soft.end(), true) != next.soft.end())
+    for (const std::size_t row : next.row_of)
+      next.soft_yield.push_back(soft_yields[static_cast<Eigen::Index>(row)]);
   for (std::size_t i = 0; i < next.factor.dependent().size(); ++i) {
     const std::size_t row = next.row_of[static_cast<std::size_t>(next.factor.dependent()[i])];
     if (next.dependent.empty() || next.dependent.back().row != row) next.dependent.push_back({row, {}});
@@ -150,6 +153,7 @@ Status SculptSystem::prepare(std::span<const SculptRow> rows) {
     std::sort(on.begin(), on.end());
     on.erase(std::unique(on.begin(), on.end()), on.end());
   }
+  add_soft_duplicates(next);
   prepared_ = std::move(next);
   is_prepared_ = true;
   return {};
@@ -212,53 +216,31 @@ Result<SculptSystem::Answer> SculptSystem::multipliers(std::span<const SculptRow
                       "against them",
                       "supports");
 
-  Answer answer{prepared_.factor.solve(values, balance), {}, {}};
-  if (prepared_.dependent.empty()) return answer;
+  Answer answer{solve_softly(values, balance), {}, {}};
+  const bool hard_dependent = !prepared_.factor.dependent().empty();
+  if (prepared_.soft_yield.empty() && !hard_dependent) return answer;
   Eigen::VectorXd off = off_rows(answer.multipliers, values, rows.size());
-  const auto take = [&] { answer.off.assign(off.begin(), off.end()); };
-  const auto is_met = [&](const DependentRow& row, double soft_part) {
-    const auto i = static_cast<Eigen::Index>(row.row);
-    const double tolerance = rows[row.row].tolerance;
-    const double allowed =
-        std::max(follows * scale[i],
-                 std::min(tolerance, soft_part * prepared_.columns[row.row]->magnitude * extent_m_));
-    return off[i] <= (tolerance > 0 ? allowed : follows * scale[i]);
-  };
-  const auto all_met = [&](double soft_part) {
-    return std::all_of(prepared_.dependent.begin(), prepared_.dependent.end(),
-                       [&](const DependentRow& row) { return is_met(row, soft_part); });
-  };
-  if (all_met(let_be)) {
-    take();
-    return answer;
-  }
-  // The soft rows share what cannot be met of them, the others stay met: if these agree with each other, and
-  // leave the soft ones within what they may be off.
-  const bool hard_agree =
-      std::all_of(prepared_.dependent.begin(), prepared_.dependent.end(),
-                  [&](const DependentRow& row) { return rows[row.row].tolerance > 0 || is_met(row, 0); });
-  const bool any_soft = std::find(prepared_.soft.begin(), prepared_.soft.end(), true) != prepared_.soft.end();
-  if (hard_agree && any_soft) {
-    answer.multipliers = prepared_.factor.solve_soft_least_squares(values, balance);
-    off = off_rows(answer.multipliers, values, rows.size());
-    bool near = true;
-    for (Eigen::Index i = 0; i < m && near; ++i) {
-      const double tolerance = rows[static_cast<std::size_t>(i)].tolerance;
-      near = off[i] <= (tolerance > 0 ? tolerance : least_conflict * scale[i]);
-    }
-    if (near) {
-      take();
-      return answer;
-    }
-  }
-  answer.multipliers = prepared_.factor.solve_least_squares(values, balance);
-  off = off_rows(answer.multipliers, values, rows.size());
-  take();
-  for (Eigen::Index i = 0; i < m; ++i) {
+  const auto is_met = [&](Eigen::Index i, double part) {
     const double tolerance = rows[static_cast<std::size_t>(i)].tolerance;
-    if (off[i] > (tolerance > 0 ? tolerance : least_conflict * scale[i]))
-      answer.conflicts.push_back({static_cast<std::size_t>(i), off[i]});
+    return off[i] <= (tolerance > 0 ? tolerance : part * scale[i]);
+  };
+  const auto find_conflicts = [&] {
+    answer.conflicts.clear();
+    for (Eigen::Index i = 0; i < m; ++i)
+      if (!is_met(i, least_conflict)) answer.conflicts.push_back({static_cast<std::size_t>(i), off[i]});
+  };
+  // Rows that follow from others have no say in the solution: where they disagree, all are met as near as
+  // they come.
+  const bool agree =
+      std::all_of(prepared_.dependent.begin(), prepared_.dependent.end(), [&](const DependentRow& row) {
+        return prepared_.soft[row.row] || is_met(static_cast<Eigen::Index>(row.row), follows);
+      });
+  if (!agree) {
+    answer.multipliers = prepared_.factor.solve_least_squares(values, balance);
+    off = off_rows(answer.multipliers, values, rows.size());
   }
+  find_conflicts();
+  answer.off.assign(off.begin(), off.end());
   if (answer.conflicts.empty() || policy == ConflictPolicy::least_squares) return answer;
   std::vector<std::string> names;
   for (const SculptConflict& conflict : answer.conflicts)
@@ -270,14 +252,45 @@ Result<SculptSystem::Answer> SculptSystem::multipliers(std::span<const SculptRow
                     fmt::format("rows[{}]", answer.conflicts.back().row));
 }
 
+// What a soft row was off is added to what it is asked for: what the surface can do easily is soon met to
+// rounding, what it can hardly do is not forced.
+ConstraintFactor::Multipliers SculptSystem::solve_softly(const Eigen::MatrixXd& values,
+                                                         const Eigen::MatrixXd& balance) const {
+  ConstraintFactor::Multipliers found = prepared_.factor.solve(values, balance);
+  if (prepared_.soft_yield.empty()) return found;
+  const Eigen::Map<const Eigen::VectorXd> yield(prepared_.soft_yield.data(),
+                                                static_cast<Eigen::Index>(prepared_.soft_yield.size()));
+  for (int round = 1; round < soft_rounds; ++round)
+    found = prepared_.factor.solve(values + yield.asDiagonal() * found.rows, balance);
+  return found;
+}
+
 Eigen::VectorXd SculptSystem::off_rows(const ConstraintFactor::Multipliers& multipliers,
                                        const Eigen::MatrixXd& values, std::size_t row_count) const {
-  const Eigen::MatrixXd off = prepared_.factor.residual(multipliers, values);
+  Eigen::MatrixXd off = prepared_.factor.residual(multipliers, values);
+  for (std::size_t i = 0; i < prepared_.soft_yield.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    off.row(row) -= prepared_.soft_yield[i] * multipliers.rows.row(row);
+  }
   Eigen::VectorXd by_row = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(row_count));
   for (std::size_t i = 0; i < prepared_.row_of.size(); ++i)
     by_row[static_cast<Eigen::Index>(prepared_.row_of[i])] +=
         off.row(static_cast<Eigen::Index>(i)).squaredNorm();
   return by_row.cwiseSqrt();
+}
+
+// A soft row never depends on others, as it yields; the same place asked for twice is told all the same
+// (D20).
+void SculptSystem::add_soft_duplicates(Prepared& prepared) {
+  std::map<std::pair<std::vector<std::uint32_t>, std::vector<double>>, std::size_t> known;
+  for (std::size_t i = 0; i < prepared.functionals.size(); ++i) {
+    if (!prepared.soft[i]) continue;
+    const SurfaceFunctional& functional = prepared.functionals[i];
+    const auto [first, is_new] = known.try_emplace({functional.point, functional.value}, i);
+    if (!is_new && !prepared.along[i]) prepared.dependent.push_back({i, {first->second}});
+  }
+  std::sort(prepared.dependent.begin(), prepared.dependent.end(),
+            [](const DependentRow& a, const DependentRow& b) { return a.row < b.row; });
 }
 
 Vec3 SculptSystem::reaction(const Answer& answer, std::size_t row) const {

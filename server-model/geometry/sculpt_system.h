@@ -9,6 +9,11 @@
 // (a drag changes targets and forces only) it costs O(points x rows); a new functional costs one
 // substitution, a functional less only the small dense factor (constraint_factor.h). Whatever was asked
 // before, the shape's bits depend only on the rest shape, the setup, the rows and loads and their order.
+//
+// Soft rows (those with a tolerance) are springs so stiff that a shape which the surface is made for is met
+// to its last digits, and so yielding that none is forced: each gives way by soft_yield of what the surface
+// itself does there, and what they are off is asked for again soft_rounds - 1 times (iterated Tikhonov
+// regularisation; Engl, Hanke and Neubauer 1996, 5.1). SculptSolution::off says what remains.
 
 #include <Eigen/Core>
 #include <functional>
@@ -79,7 +84,7 @@ struct SculptSolution {
   Eigen::MatrixX3d displacement;          ///< Of the movable ones, ascending, before it is added and rounded.
   std::vector<Vec3> reactions;            ///< The force by which each row acts, on its functional.
   std::vector<DependentRow> dependent;    ///< Ascending.
-  std::vector<double> off;                ///< How far each row is off, in its unit; none where all are kept.
+  std::vector<double> off;                ///< How far each row is off, in its unit; none where all are met.
   std::vector<SculptConflict> conflicts;  ///< Ascending; none under ConflictPolicy::refuse.
 };
 
@@ -100,6 +105,8 @@ struct SculptResidual {
 class SculptSystem {
  public:
   static constexpr std::size_t max_rows = 4096;
+  static constexpr double soft_yield = 1e-5;
+  static constexpr int soft_rounds = 5;
   /// Curves are one direction alone: free or held at both ends.
   /// Errors: invalid_argument, naming the field; failed_precondition where the energy leaves parts loose
   /// (energy); resource_exhausted.
@@ -151,6 +158,7 @@ class SculptSystem {
     std::vector<std::optional<Vec3>> along;
     std::vector<bool> soft;
     std::vector<double> yield;
+    std::vector<double> soft_yield;  ///< By equation; 0 of rows that are not soft. None where no row is.
     Columns columns;
     bool coupled = false;  ///< Some row has `along`: x, y and z are one system of 3 times the size.
     std::vector<std::size_t> row_of;  ///< By equation.
@@ -175,6 +183,9 @@ class SculptSystem {
   Result<Answer> multipliers(std::span<const SculptRow> rows, std::span<const SculptLoad> loads,
                              const Columns& load_columns, const Moves& moves, bool at_rest,
                              ConflictPolicy policy);
+  ConstraintFactor::Multipliers solve_softly(const Eigen::MatrixXd& values,
+                                             const Eigen::MatrixXd& balance) const;
+  static void add_soft_duplicates(Prepared& prepared);
   Eigen::VectorXd off_rows(const ConstraintFactor::Multipliers& multipliers, const Eigen::MatrixXd& values,
                            std::size_t row_count) const;
   Result<Moves> moves_of(std::span<const SculptField> fields);

@@ -32,6 +32,8 @@ namespace {
 
 /// D9: a curve that the surface has not enough control points for may be off by this part of its diagonal.
 constexpr double curve_tolerance = 1e-4;
+/// And by this part of how far it was moved: near a side that holds, a coarse surface cannot follow at all.
+constexpr double curve_lag = 0.1;
 /// Of the diagonal: a deviation below it is nobody's concern.
 constexpr double worth_saying = 1e-7;
 /// Of the diagonal: what a pin that follows from others may be off (as SculptSystem's rows).
@@ -197,8 +199,10 @@ Status add_constraint(const SculptIcon& icon, std::size_t index, const BSplineSu
       auto places = geometry::collocation_places(rest, icon.parameters);
       if (!places) return places.error();
       double tolerance_m = curve_tolerance * diagonal_m;
-      // A bend is met as nearly as the control points allow.
+      // A bend is met as nearly as the control points allow, and a motion may lag where they hardly can.
       for (const IconBend& bend : icon.bends) tolerance_m += bend.translation.norm();
+      tolerance_m +=
+          curve_lag * (icon.translation.norm() + diagonal_m * Eigen::AngleAxisd(icon.rotation).angle());
       return take(geometry::curve_rows(rest, *places, curve_targets(icon, rest, reference), tolerance_m));
     }
     case IconShape::region: {

@@ -327,5 +327,31 @@ TEST_F(Tube, D13OnlyDrivingOnesAndPassiveConstraintsChangeTheSurface) {
   }
 }
 
+TEST_F(Regions, D11ABentSurfaceGetsFinerWithWhatItsIconsHold) {
+  bend();
+  apply(R"({"add_icon": {"entity": "hood", "id": "c", "shape": "ICON_CURVE",
+            "parameters": [{"x": 0.26, "y": 0.11}, {"x": 0.29, "y": 0.19}]}})");
+  apply(R"({"drag_icon": {"entity": "hood", "icon": "c", "translation": {"z": 0.005}}})");
+  const SculptPtr before = hood();
+  apply(picked);
+  EXPECT_GT(hood()->rest->u.control_count(), before->rest->u.control_count());
+  EXPECT_LE(largest_between(*before->rest, *hood()->rest), 1e-12);
+  EXPECT_LE(off_body(*hood(), {0.15, 0.12}, {0.22, 0.2}, Vec3::Zero()) -
+                off_body(*before, {0.15, 0.12}, {0.22, 0.2}, Vec3::Zero()),
+            1e-9);
+  for (double s = 0; s <= 1; s += 0.02) {
+    const Vec2 on(0.26 + 0.03 * s, 0.11 + 0.08 * s), in(0.15 + 0.07 * s, 0.12 + 0.08 * s);
+    EXPECT_LE((at(in.x(), in.y()) - before->surface->evaluate(in.x(), in.y())).norm(), 1e-10) << "held";
+    EXPECT_LE((at(on.x(), on.y()) - before->surface->evaluate(on.x(), on.y())).norm(), 5e-6) << "the curve";
+  }
+  EXPECT_NEAR(at(0.1, 0.1).z(), 0.02, 1e-10) << "the point";
+  // Elsewhere it yields with more freedom than before, and so a little more.
+  EXPECT_LE(largest_between(*before->surface, *hood()->surface), 0.06 * 0.02);
+  apply(R"({"delete_icon": {"entity": "hood", "icon": "p"}})");
+  apply(R"({"delete_icon": {"entity": "hood", "icon": "c"}})");
+  apply(R"({"delete_icon": {"entity": "hood", "icon": "r"}})");
+  EXPECT_EQ(hood()->surface, hood()->rest) << "nothing was committed by the way";
+}
+
 }  // namespace
 }  // namespace handloft::model::test
