@@ -141,6 +141,29 @@ TEST_P(Pins, TellWhatFollowsFromThem) {
   EXPECT_GT((*solver)->freedom({static_cast<Eigen::Index>(points.size()) - 1}, {1.0}), 1e-3);
 }
 
+// D9: the bands of a thousand beams have a condition of 1e12, which leaves one projection some five digits.
+TEST(PinnedSolver, FollowsLongCurvesToTheDigitsOfTheirPlaces) {
+  const StiffnessProblem problem{graded_knots(3, 40, 1), graded_knots(3, 1000, 1), {}, supports_of("cccc")};
+  const StiffnessPins pins{{}, line(problem, 20, 400, 600)};
+  IterativeOptions options;
+  options.relative_residual = 1e-8;
+  const auto solver = make_pinned_solver(problem, pins, {}, options);
+  ASSERT_TRUE(solver.ok()) << solver.error().describe();
+  const auto moved = (*solver)->follow(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(pins.size())));
+  ASSERT_TRUE(moved.ok()) << moved.error().describe();
+  EXPECT_LE((*solver)->report().relative_residual, 1e-6);
+  EXPECT_LE((*solver)->report().iterations, 40);
+  const std::vector<std::uint32_t> points = unknowns(problem);
+  for (const SurfaceFunctional& row : pins.rows) {
+    double place = 0;
+    for (std::size_t i = 0; i < row.point.size(); ++i) {
+      const auto at = std::lower_bound(points.begin(), points.end(), row.point[i]) - points.begin();
+      place += row.value[i] * (*moved)(at, 0);
+    }
+    EXPECT_NEAR(place, 1, 1e-9);
+  }
+}
+
 TEST(PinnedSolver, BitsDoNotDependOnThreads) {
   StiffnessProblem problem{graded_knots(3, 141, 4), graded_knots(3, 137, 1), {}, supports_of("cccc")};
   const StiffnessPins pins{block(problem, 30, 60), line(problem, 80, 20, 100)};
