@@ -213,7 +213,7 @@ Verdict find_clocks(StepContext& context, const Rig& rig, std::vector<TagSight> 
     CameraCalibration& camera = context.calibration.rig.cameras[i];
     camera.time_offset += from_seconds(timing.offset_s);
     context.calibration.cameras[i].results["time"] = result;
-    if (context.options.row_times) context.calibration.cameras[i].row_time = from_seconds(timing.row_s);
+    if (context.options.row_times) context.calibration.rig.cameras[i].row_time = from_seconds(timing.row_s);
   }
   // A clock that could not be compared keeps its offset: that is no reason to throw the poses away.
   return worst == Verdict::bad ? Verdict::usable : worst;

@@ -94,6 +94,16 @@ Result<Verdict> run_head_rig(StepContext& context) {
   for (std::size_t i = 0; i < made->body_tags.size(); ++i) {
     const Eigen::Isometry3d shift =
         input.body_tags[i].body_from_tag.inverse() * made->body_tags[i].body_from_tag;
+    const bool seen = std::any_of(input.sights.begin(), input.sights.end(), [&](const TagSight& sight) {
+      return std::any_of(sight.tags.begin(), sight.tags.end(),
+                         [&](const TagDetection& tag) { return tag.id == made->body_tags[i].id; });
+    });
+    if (!seen) {
+      if (context.terminal != nullptr)
+        fmt::print(context.terminal, "  tag {}: never seen, left where it was said to be.\n",
+                   made->body_tags[i].id);
+      continue;
+    }
     if (context.terminal != nullptr)
       fmt::print(context.terminal,
                  "  tag {}: {:.1f} mm and {:.1f} degrees from where it was said to be, known to {:.2f} mm.\n",
@@ -111,7 +121,7 @@ Result<Verdict> run_head_rig(StepContext& context) {
     tell(context, fmt::format("{}'s clock", rig.cameras[i].name), timing.result);
     if (timing.result.verdict == Verdict::bad) continue;
     rig.cameras[i].time_offset += from_seconds(timing.offset_s);
-    if (context.options.row_times) context.calibration.cameras[i].row_time = from_seconds(timing.row_s);
+    if (context.options.row_times) context.calibration.rig.cameras[i].row_time = from_seconds(timing.row_s);
     timing.result.date = context.date;
     context.calibration.cameras[i].results["time"] = timing.result;
   }

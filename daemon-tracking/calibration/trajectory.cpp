@@ -330,7 +330,10 @@ Result<TrajectoryCalibration> calibrate_on_the_move(const TrajectoryInput& input
               {},
               {}};
   for (const TagPlacement& tag : input.body_tags) state.tags.push_back(tag.body_from_tag);
-  for (const CameraCalibration& camera : input.cameras) state.heads.push_back(camera.head_from_camera);
+  for (std::size_t i = 0; i < input.cameras.size(); ++i) {
+    state.heads.push_back(input.cameras[i].head_from_camera);
+    state.row_s[i] = to_seconds(input.cameras[i].row_time);
+  }
 
   std::vector<Corner> corners;
   std::vector<bool> head_placed(input.cameras.size(), false);

@@ -46,7 +46,7 @@ V4l2CameraOptions camera_options(const Calibration& calibration, std::size_t cam
   options.settings.white_balance_kelvin = record.controls.white_balance_k;
   options.settings.focus = record.controls.focus;
   options.time_offset = calibrated.time_offset;
-  options.readout = record.row_time * calibrated.intrinsics.height_px;
+  options.readout = calibrated.row_time * calibrated.intrinsics.height_px;
   return options;
 }
 

@@ -145,7 +145,7 @@ Status check_camera(const std::string& at, const CameraCalibration& camera, cons
       !good)
     return good;
   // Negative: the picture is read from its last row.
-  if (const Status good = check_duration(at + ".time.row_ns", record.row_time, -longest_row, longest_row);
+  if (const Status good = check_duration(at + ".time.row_ns", camera.row_time, -longest_row, longest_row);
       !good)
     return good;
   const CameraControls& controls = record.controls;

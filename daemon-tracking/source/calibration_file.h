@@ -78,7 +78,6 @@ struct CameraRecord {
   DeviceIdentity device;
   PixelFormat format = PixelFormat::mjpeg;
   double frames_per_s = 30.0;
-  Duration row_time{};  ///< From one row's exposure to the next one's (rolling shutter); 0: unknown or none.
   CameraControls controls;
   std::optional<std::array<FingertipColour, finger_count>> colours;  ///< As this camera sees the caps.
   std::map<std::string, StepResult> results;  ///< By step: "intrinsics", "extrinsics", "time", "colours".
@@ -97,7 +96,7 @@ struct GloveRanges {
 
 struct Calibration {
   std::string date;                   ///< Of the last change, ISO 8601, UTC.
-  Rig rig;                            ///< Its cameras carry intrinsics, poses and time offsets.
+  Rig rig;                            ///< Its cameras carry intrinsics, poses, time offsets and row times.
   std::vector<CameraRecord> cameras;  ///< One per rig.cameras, in the same order.
   std::optional<GloveRanges> glove;
   std::map<std::string, StepResult> results;

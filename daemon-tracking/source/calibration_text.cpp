@@ -255,7 +255,7 @@ void read_camera(Reader& in, CameraCalibration& camera, CameraRecord& record) {
   in.table("pose", Presence::required, [&](Reader& pose) { pose.pose(place); });
   in.table("time", Presence::required, [&](Reader& time) {
     time.duration("offset_ns", camera.time_offset);
-    time.duration("row_ns", record.row_time);
+    time.duration("row_ns", camera.row_time);
   });
   in.table("controls", Presence::optional, [&](Reader& controls) {
     controls.whole("exposure_100us", record.controls.exposure_100us);
@@ -374,7 +374,7 @@ std::string camera_text(const CameraCalibration& camera, const CameraRecord& rec
       "pose = {{ {} }}\n",
       pose_text(camera.role == CameraRole::table ? camera.world_from_camera : camera.head_from_camera, ", "));
   text += fmt::format("time = {{ offset_ns = {}, row_ns = {} }}\n", camera.time_offset.count(),
-                      record.row_time.count());
+                      camera.row_time.count());
   std::string controls;
   for (const auto& [key, value] : {std::pair{"exposure_100us", record.controls.exposure_100us},
                                    {"gain", record.controls.gain},
