@@ -73,8 +73,10 @@ Cluster grow(const std::vector<Chroma>& samples, const Eigen::Vector2d& peak) {
 
 /// Local maxima of the smoothed histogram, the largest first.
 std::vector<std::pair<double, Eigen::Vector2d>> peaks_of(const std::vector<Chroma>& samples) {
-  std::vector<double> table(table_side * table_side, 0.0), smooth(table.size(), 0.0);
-  const auto at = [](int b, int r) { return static_cast<std::size_t>(b * table_side + r); };
+  std::vector<double> table(std::size_t{table_side} * table_side, 0.0), smooth(table.size(), 0.0);
+  const auto at = [](int b, int r) {
+    return static_cast<std::size_t>(b) * table_side + static_cast<std::size_t>(r);
+  };
   for (const Chroma& sample : samples) {
     const int b = std::clamp(static_cast<int>(sample.cb_cr.x() / 4), 0, table_side - 1);
     const int r = std::clamp(static_cast<int>(sample.cb_cr.y() / 4), 0, table_side - 1);
