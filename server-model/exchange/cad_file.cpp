@@ -84,9 +84,8 @@ Result<std::string> printed(const std::function<bool(std::ostream&)>& print) {
   return std::move(stream).str();
 }
 
-Status write_cad_file(const std::filesystem::path& path, const CadContent& content,
-                      const StepOptions& options, const char* doing,
-                      const std::function<Result<std::string>(const std::string& file_name)>& to_text) {
+Result<std::string> make_cad_text(const CadContent& content, const StepOptions& options, const char* doing,
+                                  const std::function<Result<std::string>()>& to_text) {
   if (content.surfaces.empty() && content.faces.empty() && content.models.empty()) {
     return make_error(ErrorCode::invalid_argument, "found nothing to export, expected a surface", "surfaces");
   }
@@ -96,17 +95,20 @@ Status write_cad_file(const std::filesystem::path& path, const CadContent& conte
                       "contour_tolerance");
   }
   std::string text;
-  Status made = [&]() -> Status {
-    const OcctSession session;
-    return guarded(doing, [&]() -> Status {
-      Result<std::string> result = to_text(path.filename().string());
-      if (!result.ok()) return result.error();
-      text = std::move(*result);
-      return {};
-    });
-  }();
-  if (!made.ok()) return made;
-  return write_file_atomically(path, std::string_view(text));
+  const OcctSession session;
+  const Status made = guarded(doing, [&]() -> Status {
+    Result<std::string> result = to_text();
+    if (!result.ok()) return result.error();
+    text = std::move(*result);
+    return {};
+  });
+  if (!made.ok()) return made.error();
+  return text;
+}
+
+Status write_cad_text(const std::filesystem::path& path, const Result<std::string>& text) {
+  if (!text) return text.error();
+  return write_file_atomically(path, std::string_view(*text));
 }
 
 }  // namespace handloft::exchange::detail

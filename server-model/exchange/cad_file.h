@@ -30,9 +30,11 @@ Status for_each_shape(const CadContent& content, const StepOptions& options,
 /// not by the library's own file access: so a full disk is our error with its reason.
 Result<std::string> printed(const std::function<bool(std::ostream&)>& print);
 
-/// Checks content and options, makes the text in an OcctSession, guarded, and writes the file atomically.
-Status write_cad_file(const std::filesystem::path& path, const CadContent& content,
-                      const StepOptions& options, const char* doing,
-                      const std::function<Result<std::string>(const std::string& file_name)>& to_text);
+/// Checks content and options and makes the text in an OcctSession, guarded.
+Result<std::string> make_cad_text(const CadContent& content, const StepOptions& options, const char* doing,
+                                  const std::function<Result<std::string>()>& to_text);
+
+/// Writes what was made, atomically.
+Status write_cad_text(const std::filesystem::path& path, const Result<std::string>& text);
 
 }  // namespace handloft::exchange::detail

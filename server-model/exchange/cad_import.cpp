@@ -13,6 +13,7 @@
 #include <TopoDS.hxx>
 #include <TopoDS_Compound.hxx>
 #include <TopoDS_Face.hxx>
+#include <algorithm>
 #include <utility>
 
 #include "server-model/exchange/cad_bytes.h"
@@ -75,6 +76,24 @@ Result<CadFace> sculptable(const TopoDS_Face& face, const Handle(Geom_BSplineSur
   return CadFace{{}, std::move(*surface), std::move(*loops), face.Orientation() == TopAbs_REVERSED};
 }
 
+/// Tells of a trim whose curves miss each other; they are joined by straight lines.
+void note_gaps(std::size_t number, const CadFace& face, std::vector<std::string>& notes) {
+  constexpr double told_m = 1e-5;  // Above what CAD systems call the same place.
+  const auto place = [&](const geometry::Vec2& p) { return face.surface.evaluate(p.x(), p.y()); };
+  double widest = 0;
+  for (const std::vector<TrimCurve>& loop : face.loops) {
+    geometry::Vec3 end = place(loop.back().control.back());
+    for (const TrimCurve& curve : loop) {
+      widest = std::max(widest, (place(curve.control.front()) - end).norm());
+      end = place(curve.control.back());
+    }
+  }
+  if (widest > told_m && notes.size() < max_notes) {
+    notes.push_back(fmt::format("face {}: its trim has gaps of up to {:.3g} mm, which are bridged", number,
+                                widest / detail::metres_per_millimetre));
+  }
+}
+
 /// Triangles of what cannot be sculpted; coarser ones where they would be too many.
 Status tessellate_rest(const TopoDS_Compound& rest, const CadImportOptions& options, ImportedModel& into) {
   auto chord = detail::chord_of(rest, options.chord_tolerance_m, options.chord_fraction);
@@ -126,7 +145,9 @@ Status read_model(XSControl_Reader& reader, detail::CadFormat kind, const fs::pa
                   const CadImportOptions& options, ImportedModel& into) {
   const auto whole = detail::read_whole(reader, path, kind);
   if (!whole) return whole.error();
-  auto bytes = detail::to_bytes({*whole, detail::labels_of(reader, *whole)}, options.max_model_bytes);
+  into.notes = whole->notes;
+  auto bytes =
+      detail::to_bytes({whole->shape, detail::labels_of(reader, whole->shape)}, options.max_model_bytes);
   if (!bytes) return bytes.error();
   // Faces are numbered as they will be found when the model is written again.
   const auto kept = detail::from_bytes(*bytes);
@@ -162,6 +183,7 @@ Status read_model(XSControl_Reader& reader, detail::CadFormat kind, const fs::pa
                             fmt::format("found more than {} B-spline faces", options.max_faces), "path");
         }
         found->name = names.of(face);
+        note_gaps(into.face_count, *found, into.notes);
         into.faces.push_back({static_cast<std::uint32_t>(into.face_count), std::move(*found)});
         continue;
       }

@@ -3,17 +3,22 @@
 #include <fmt/format.h>
 
 #include <IFSelect_ReturnStatus.hxx>
+#include <IGESData_GlobalSection.hxx>
 #include <IGESData_IGESEntity.hxx>
+#include <IGESData_IGESModel.hxx>
 #include <Interface_Check.hxx>
 #include <Interface_InterfaceModel.hxx>
 #include <Interface_Static.hxx>
+#include <STEPControl_Reader.hxx>
 #include <StepRepr_RepresentationItem.hxx>
+#include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_AsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <XSControl_WorkSession.hxx>
 #include <algorithm>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
 namespace handloft::exchange::detail {
 
@@ -57,22 +62,71 @@ Status check_end(const std::filesystem::path& path, CadFormat format) {
       "path");
 }
 
-/// The library notes what it cannot read of an entity, leaves that empty, and may fall over it later.
-Status check_entities(XSControl_Reader& reader) {
+/// Whether the shape depends on what the entity says.
+bool is_geometry(const Handle(Standard_Transient) & entity) {
+  if (const Handle(IGESData_IGESEntity) iges = Handle(IGESData_IGESEntity)::DownCast(entity);
+      !iges.IsNull()) {
+    constexpr int first_curve = 100;  // From 200 on: annotations, then structures, properties and views.
+    constexpr int last_solid = 199;
+    return iges->TypeNumber() >= first_curve && iges->TypeNumber() <= last_solid;
+  }
+  if (!entity->IsKind(STANDARD_TYPE(StepRepr_RepresentationItem))) return false;
+  const std::string_view type = entity->DynamicType()->Name();
+  return type.starts_with("StepGeom_") || type.starts_with("StepShape_");
+}
+
+/// The library says what it cannot read of an entity, leaves that empty, and may fall over it later.
+Status check_entities(XSControl_Reader& reader, std::vector<std::string>& notes) {
   const Handle(Interface_InterfaceModel) model = reader.WS()->Model();
-  std::size_t failed = 0;
-  std::string first;
+  std::size_t damaged = 0;
+  std::size_t left_out = 0;
+  std::string first_damaged;
+  std::string first_left_out;
   for (int i = 1; i <= model->NbEntities(); ++i) {
     const Handle(Interface_Check) check = model->Check(i, /*syntactic=*/Standard_True);
     if (check.IsNull() || !check->HasFailed()) continue;
-    if (++failed > 1) continue;
-    const Handle(TCollection_HAsciiString) label = model->StringLabel(model->Value(i));
+    // A record that cannot be read at all stands in the model as a report of what it was.
+    const Handle(Standard_Transient) entity = model->Value(i);
+    const bool geometry = is_geometry(entity);
+    std::string& first = geometry ? first_damaged : first_left_out;
+    if (++(geometry ? damaged : left_out) > 1) continue;
+    const Handle(TCollection_HAsciiString) label = model->StringLabel(entity);
     first = fmt::format("{}: {}", label.IsNull() ? "" : label->ToCString(), check->CFail(1));
   }
-  if (failed == 0) return {};
-  return make_error(
-      ErrorCode::data_corrupt,
-      fmt::format("found {} entities that are damaged ({}), expected sound ones", failed, first), "path");
+  if (damaged > 0) {
+    return make_error(ErrorCode::data_corrupt,
+                      fmt::format("found {} geometric entities that are damaged ({}), expected sound ones",
+                                  damaged, first_damaged),
+                      "path");
+  }
+  if (left_out > 0) {
+    notes.push_back(fmt::format("left out {} {} besides the geometry that cannot be read, the first is {}",
+                                left_out, left_out == 1 ? "entity" : "entities", first_left_out));
+  }
+  return {};
+}
+
+/// What the file leaves to us to guess of its unit of length, or has readers easily get wrong.
+void note_unit(XSControl_Reader& reader, std::vector<std::string>& notes) {
+  std::vector<std::string> units;
+  if (auto* const step = dynamic_cast<STEPControl_Reader*>(&reader)) {
+    TColStd_SequenceOfAsciiString lengths;
+    TColStd_SequenceOfAsciiString angles;
+    TColStd_SequenceOfAsciiString solid_angles;
+    step->FileUnits(lengths, angles, solid_angles);
+    for (const TCollection_AsciiString& unit : lengths) units.emplace_back(unit.ToCString());
+  } else if (const Handle(IGESData_IGESModel) iges = Handle(IGESData_IGESModel)::DownCast(reader.Model());
+             !iges.IsNull() && iges->GlobalSection().UnitValue() > 0) {
+    units.emplace_back("known");
+  }
+  std::sort(units.begin(), units.end());
+  units.erase(std::unique(units.begin(), units.end()), units.end());
+  if (units.empty()) {
+    notes.emplace_back("the file names no unit of length that is known: it is taken to be in millimetres");
+  } else if (units.size() > 1) {
+    notes.push_back(
+        fmt::format("the file has parts in several units of length ({})", fmt::join(units, ", ")));
+  }
 }
 
 }  // namespace
@@ -81,19 +135,21 @@ const char* words(CadFormat format) {
   return format == CadFormat::step ? "a STEP" : "an IGES";
 }
 
-Result<TopoDS_Shape> read_whole(XSControl_Reader& reader, const std::filesystem::path& path,
-                                CadFormat format) {
+Result<WholeCad> read_whole(XSControl_Reader& reader, const std::filesystem::path& path, CadFormat format) {
   if (Status end = check_end(path, format); !end) return end.error();
   Interface_Static::SetCVal("xstep.cascade.unit", "MM");
+  WholeCad whole;
   const auto read = reader.ReadFile(path.c_str());
   if (read == IFSelect_RetDone) {
-    if (Status sound = check_entities(reader); !sound) return sound.error();
+    if (Status sound = check_entities(reader, whole.notes); !sound) return sound.error();
   }
   if (read != IFSelect_RetDone || reader.TransferRoots() < 1 || reader.OneShape().IsNull()) {
     return make_error(ErrorCode::data_corrupt,
                       fmt::format("found no shapes, expected {} file", words(format)), "path");
   }
-  return reader.OneShape();
+  note_unit(reader, whole.notes);
+  whole.shape = reader.OneShape();
+  return whole;
 }
 
 std::string name_of(const Handle(Standard_Transient) & origin) {

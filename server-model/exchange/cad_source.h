@@ -6,6 +6,7 @@
 #include <XSControl_Reader.hxx>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "common/base/result.h"
 
@@ -16,11 +17,16 @@ constexpr double metres_per_millimetre = 1e-3;
 enum class CadFormat { step, iges };
 const char* words(CadFormat format);  ///< For messages: "a STEP".
 
-/// The whole of a file in millimetres, whatever its unit is. A file without its last words was cut off: the
-/// library would give what is there of it, and people would miss the rest late. Throws the library's
-/// exceptions. Errors: data_corrupt, io.
-Result<TopoDS_Shape> read_whole(XSControl_Reader& reader, const std::filesystem::path& path,
-                                CadFormat format);
+struct WholeCad {
+  TopoDS_Shape shape;              ///< In millimetres, whatever the file's unit is.
+  std::vector<std::string> notes;  ///< For people: what was guessed or left out.
+};
+
+/// The whole of a file. One without its last words was cut off: the library would give what is there of it,
+/// and people would miss the rest late. Damaged geometry is refused, for the library would put zeros there;
+/// what else is damaged or unknown (dimensions, annotations, properties, names) is left out with a note.
+/// Throws the library's exceptions. Errors: data_corrupt, io.
+Result<WholeCad> read_whole(XSControl_Reader& reader, const std::filesystem::path& path, CadFormat format);
 
 /// The name that the file gives to what an entity stands for: a STEP item's name, an IGES entity's label;
 /// empty when it has none.

@@ -100,10 +100,14 @@ Result<std::string> to_iges(const CadContent& content, const std::string& file_n
 
 }  // namespace
 
+Result<std::string> iges_text(const std::string& file_name, const CadContent& content,
+                              const StepOptions& options) {
+  return detail::make_cad_text(content, options, "writing IGES",
+                               [&] { return to_iges(content, file_name, options); });
+}
+
 Status write_iges(const std::filesystem::path& path, const CadContent& content, const StepOptions& options) {
-  return detail::write_cad_file(path, content, options, "writing IGES", [&](const std::string& file_name) {
-    return to_iges(content, file_name, options);
-  });
+  return detail::write_cad_text(path, iges_text(path.filename().string(), content, options));
 }
 
 Status write_iges(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,

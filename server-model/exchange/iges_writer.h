@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 
 #include "common/base/result.h"
 #include "server-model/exchange/cad_export.h"
@@ -19,5 +20,8 @@ Status write_iges(const std::filesystem::path& path, std::span<const SurfaceExpo
 /// Models become their faces, each trimmed by itself: what IGES readers take without fail.
 Status write_iges(const std::filesystem::path& path, const CadContent& content,
                   const StepOptions& options = {});
+/// What that writes. The header names the file by `file_name`.
+Result<std::string> iges_text(const std::string& file_name, const CadContent& content,
+                              const StepOptions& options = {});
 
 }  // namespace handloft::exchange

@@ -21,15 +21,14 @@ Status tessellate(const std::filesystem::path& path, ReferenceFormat format, con
                   RawTriangles& into) {
   STEPControl_Reader step;
   IGESControl_Reader iges;
-  const Result<TopoDS_Shape> shape = format == ReferenceFormat::step
-                                         ? read_whole(step, path, CadFormat::step)
-                                         : read_whole(iges, path, CadFormat::iges);
-  if (!shape) return shape.error();
-  const Result<double> chord = chord_of(*shape, options.chord_tolerance_m, options.chord_fraction);
+  const Result<WholeCad> whole = format == ReferenceFormat::step ? read_whole(step, path, CadFormat::step)
+                                                                 : read_whole(iges, path, CadFormat::iges);
+  if (!whole) return whole.error();
+  const TopoDS_Shape& shape = whole->shape;
+  const Result<double> chord = chord_of(shape, options.chord_tolerance_m, options.chord_fraction);
   if (!chord) return chord.error();
-  const BRepMesh_IncrementalMesh meshed(*shape, *chord, Standard_False, angular_tolerance_rad,
-                                        Standard_False);
-  for (TopExp_Explorer faces(*shape, TopAbs_FACE); faces.More(); faces.Next()) {
+  const BRepMesh_IncrementalMesh meshed(shape, *chord, Standard_False, angular_tolerance_rad, Standard_False);
+  for (TopExp_Explorer faces(shape, TopAbs_FACE); faces.More(); faces.Next()) {
     if (Status status = append_triangles(TopoDS::Face(faces.Current()), into, options); !status)
       return status;
   }

@@ -156,10 +156,14 @@ Result<std::string> to_step(const CadContent& content, const std::string& file_n
 
 }  // namespace
 
+Result<std::string> step_text(const std::string& file_name, const CadContent& content,
+                              const StepOptions& options) {
+  return detail::make_cad_text(content, options, "writing STEP",
+                               [&] { return to_step(content, file_name, options); });
+}
+
 Status write_step(const std::filesystem::path& path, const CadContent& content, const StepOptions& options) {
-  return detail::write_cad_file(path, content, options, "writing STEP", [&](const std::string& file_name) {
-    return to_step(content, file_name, options);
-  });
+  return detail::write_cad_text(path, step_text(path.filename().string(), content, options));
 }
 
 Status write_step(const std::filesystem::path& path, std::span<const SurfaceExport> surfaces,

@@ -37,4 +37,8 @@ Status write_step(const std::filesystem::path& path, std::span<const SurfaceExpo
 Status write_step(const std::filesystem::path& path, const CadContent& content,
                   const StepOptions& options = {});
 
+/// What write_step() writes. The header names the file by `file_name`.
+Result<std::string> step_text(const std::string& file_name, const CadContent& content,
+                              const StepOptions& options = {});
+
 }  // namespace handloft::exchange

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/base/version.h"
+#include "server-model/main/cad_kernel_command.h"
 #include "server-model/main/run_command.h"
 #include "server-model/main/serve_command.h"
 
@@ -38,6 +39,7 @@ int run(const std::vector<std::string>& words) {
   }
   if (command == "run") return handloft::model::run_command({words.begin() + 1, words.end()});
   if (command == "serve") return handloft::model::serve_command({words.begin() + 1, words.end()});
+  if (command == "cad-kernel") return handloft::model::cad_kernel_command({words.begin() + 1, words.end()});
   if (!command.empty())
     std::fprintf(stderr, "handloft-modeld: there is no command \"%s\"\n\n", command.c_str());
   std::fputs(usage, stderr);

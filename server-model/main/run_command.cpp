@@ -9,6 +9,7 @@
 #include "common/base/clock.h"
 #include "common/base/config.h"
 #include "common/net/endpoint.h"
+#include "server-model/session/cad_process.h"
 #include "server-model/session/local_target.h"
 #include "server-model/session/parallel.h"
 #include "server-model/session/remote_target.h"
@@ -121,6 +122,7 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
   FileAccess files;
   files.read_folder = input_dir;
   files.write_folder = output_dir;
+  files.cad = std::make_shared<const session::CadProcess>();
   const SystemClock clock;
   auto target = make_target(connect, files, clock);
   if (!target) {

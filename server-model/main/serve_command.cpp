@@ -2,10 +2,12 @@
 
 #include <cstdio>
 #include <iostream>
+#include <memory>
 
 #include "common/base/config.h"
 #include "common/base/log.h"
 #include "server-model/main/exit_status.h"
+#include "server-model/session/cad_process.h"
 #include "server-model/session/serve.h"
 
 namespace handloft::model {
@@ -69,6 +71,7 @@ int serve_command(const std::vector<std::string>& arguments) {
   options.at_end = at_end == "exit" ? session::ServeOptions::AtEnd::exit : session::ServeOptions::AtEnd::stay;
   options.files.read_folder = read_folder;
   options.files.write_folder = write_folder;
+  options.files.cad = std::make_shared<const session::CadProcess>();
   return session::serve(options, std::cout);
 }
 

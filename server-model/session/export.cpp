@@ -7,12 +7,13 @@
 #include <charconv>
 #include <map>
 #include <set>
+#include <string_view>
 
+#include "server-model/exchange/atomic_file.h"
+#include "server-model/exchange/cad_kernel.h"
 #include "server-model/exchange/gltf_writer.h"
-#include "server-model/exchange/iges_writer.h"
 #include "server-model/exchange/obj_writer.h"
 #include "server-model/exchange/opacity_cut.h"
-#include "server-model/exchange/step_writer.h"
 #include "server-model/geometry/planar_faces.h"
 #include "server-model/geometry/tessellate.h"
 #include "server-model/model/validate.h"
@@ -183,7 +184,8 @@ exchange::PointCloudExport points_of(const DualShape& shape) {
 
 /// What goes into a CAD file, with the entities behind each member.
 Status write_cad(const Document& document, const Chosen& entities, exchange::Trim trim,
-                 v1::Export::Format format, const fs::path& path, std::vector<std::string>& notes) {
+                 v1::Export::Format format, const fs::path& path, const exchange::CadKernel& kernel,
+                 std::vector<std::string>& notes) {
   std::vector<exchange::SurfaceExport> surfaces;
   std::vector<exchange::CadFace> faces;
   std::vector<exchange::ModelExport> models;
@@ -205,13 +207,14 @@ Status write_cad(const Document& document, const Chosen& entities, exchange::Tri
     ids["models"].push_back(model->id);
   }
   const exchange::CadContent content{surfaces, faces, models};
-  std::vector<exchange::BorderGap> gaps;
-  exchange::StepOptions options;
-  options.on_gap = [&](const exchange::BorderGap& gap) { gaps.push_back(gap); };
-  const Status written = format == v1::Export::IGES ? exchange::write_iges(path, content, options)
-                                                    : exchange::write_step(path, content, options);
-  if (written) note_gaps(document, entities.models, gaps, notes);
-  return written ? written : Status(of_request(written.error(), ids));
+  const auto made =
+      kernel.text(format == v1::Export::IGES ? exchange::CadTextFormat::iges : exchange::CadTextFormat::step,
+                  path.filename().string(), content, {});
+  const Status written =
+      made ? exchange::write_file_atomically(path, std::string_view(made->text)) : Status(made.error());
+  if (!written) return of_request(written.error(), ids);
+  note_gaps(document, entities.models, made->gaps, notes);
+  return {};
 }
 
 /// What goes into a mesh file.
@@ -276,8 +279,9 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
 
   const auto trim = request.untrimmed() ? exchange::Trim::box : exchange::Trim::contour;
   const bool is_cad = *format == v1::Export::STEP || *format == v1::Export::IGES;
-  const Status written = is_cad ? write_cad(document, *entities, trim, *format, *path, exported.notes)
-                                : write_meshes(document, *entities, trim, *format, *path);
+  const Status written =
+      is_cad ? write_cad(document, *entities, trim, *format, *path, files.cad_kernel(), exported.notes)
+             : write_meshes(document, *entities, trim, *format, *path);
   if (!written) return written.error();
   return exported;
 }

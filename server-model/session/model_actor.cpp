@@ -167,7 +167,7 @@ void ModelActor::publish_presence(const v1::TrackingFrame& frame) {
 
 void ModelActor::export_for_hand() {
   in_pool([this, document = model_.document()] {
-    auto exported = model::export_from_palette(document, options_.export_folder);
+    auto exported = model::export_from_palette(document, options_.export_folder, options_.cad);
     post([this, exported = std::move(exported)] {
       if (!exported) {
         log_.warning("export refused: {}", exported.error().describe());

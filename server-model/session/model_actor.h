@@ -40,7 +40,8 @@ struct ActorOptions {
   std::uint64_t epoch = 0;  ///< Another one with every start.
   std::size_t max_pending_frames =
       64;  ///< Tracking frames that may wait: a second's worth. See push_frame().
-  std::filesystem::path export_folder = ".";  ///< Where the palette's "Export" writes.
+  std::filesystem::path export_folder = ".";       ///< Where the palette's "Export" writes.
+  std::shared_ptr<const exchange::CadKernel> cad;  ///< By what; as model::FileAccess::cad.
   /// How long presence tells what became of an export: as long as reading a file's name takes.
   Duration notice_for = std::chrono::seconds(5);
   std::size_t pool_threads = 1;  ///< Two cores: one for the model, one for the rest.

@@ -4,6 +4,7 @@
 
 #include <string>
 #include <system_error>
+#include <utility>
 
 namespace handloft::model {
 
@@ -29,7 +30,8 @@ std::string file_name_of(const std::string& alternative) {
 
 }  // namespace
 
-Result<Exported> export_from_palette(const Document& document, const fs::path& folder) {
+Result<Exported> export_from_palette(const Document& document, const fs::path& folder,
+                                     std::shared_ptr<const exchange::CadKernel> cad) {
   const std::string name = file_name_of(document.present_alternative());
   for (int number = 1; number <= max_number; ++number) {
     const std::string file = fmt::format("{}-{}.step", name, number);
@@ -39,6 +41,7 @@ Result<Exported> export_from_palette(const Document& document, const fs::path& f
     request.set_path(file);
     FileAccess files;
     files.write_folder = folder;
+    files.cad = std::move(cad);
     return export_document(document, request, files);
   }
   return make_error(

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "common/base/clock.h"
-#include "server-model/exchange/cad_import.h"
+#include "server-model/exchange/cad_kernel.h"
 #include "server-model/model/bspline_message.h"
 #include "server-model/model/validate.h"
 
@@ -68,10 +68,7 @@ Result<v1::Operation> resolve_model(const v1::Operation& operation, const FileAc
   }
   auto path = files.to_read(request.path(), "import_model.path");
   if (!path) return path.error();
-  exchange::CadImportOptions options = options_of(request, limits);
-  const SystemClock clock;
-  options.keep_going = [&clock, begun = clock.now()] { return clock.now() - begun < max_tessellation; };
-  const auto imported = exchange::import_cad_model(*path, options);
+  const auto imported = files.cad_kernel().import_model(*path, options_of(request, limits), max_tessellation);
   if (!imported) {
     Error error = imported.error();
     error.field = "import_model." + error.field;

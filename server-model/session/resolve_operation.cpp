@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "common/codec/tilt_file.h"
-#include "server-model/exchange/reference_import.h"
 #include "server-model/exchange/stroke_import.h"
 #include "server-model/model/validate.h"
 #include "server-model/session/resolve_model.h"
@@ -137,7 +136,7 @@ Result<v1::Operation> resolve_reference(const v1::Operation& operation, const Fi
   options.max_vertices = limits.max_reference_vertices;
   options.max_triangles = limits.max_reference_triangles;
   options.max_coordinate_m = limits.max_coordinate_m;
-  auto imported = exchange::import_reference(*path, options);
+  auto imported = files.cad_kernel().import_reference(*path, options);
   if (!imported) {
     Error error = imported.error();
     error.field = "import_reference." + error.field;
@@ -168,6 +167,11 @@ Result<fs::path> FileAccess::to_read(const std::string& path, const std::string&
 
 Result<fs::path> FileAccess::to_write(const std::string& path, const std::string& field) const {
   return place(path, write_folder, scope, field);
+}
+
+const exchange::CadKernel& FileAccess::cad_kernel() const {
+  static const exchange::CadKernel in_this_process;
+  return cad ? *cad : in_this_process;
 }
 
 Result<v1::Operation> resolve_operation(const v1::Operation& operation, const FileAccess& files,

@@ -3,24 +3,30 @@
 // read once and its strokes or triangles stand in the operation itself from then on.
 
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "common/base/result.h"
 #include "proto/operation.pb.h"
+#include "server-model/exchange/cad_kernel.h"
 #include "server-model/model/limits.h"
 
 namespace handloft::model {
 
-/// Where operations may read and write.
+/// Where operations may read and write, and by what.
 struct FileAccess {
   enum class Scope { anywhere, within_folders };
   std::filesystem::path read_folder = ".";   ///< Relative paths of imports start here.
   std::filesystem::path write_folder = ".";  ///< Relative paths of exports start here.
   /// within_folders: absolute paths, and ".." or links that lead out, are permission_denied.
   Scope scope = Scope::anywhere;
+  /// Reads and writes CAD files. None: this process does, which damaged ones may bring down; servers have
+  /// session/cad_process.h.
+  std::shared_ptr<const exchange::CadKernel> cad;
 
   Result<std::filesystem::path> to_read(const std::string& path, const std::string& field) const;
   Result<std::filesystem::path> to_write(const std::string& path, const std::string& field) const;
+  const exchange::CadKernel& cad_kernel() const;
 };
 
 /// For import_reference with a path: reads the file (exchange::import_reference) and returns the operation

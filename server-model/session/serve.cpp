@@ -91,6 +91,7 @@ class Session {
     server_options.files = options_.files;
     server_options.actor.interaction = options_.interaction;
     server_options.actor.export_folder = options_.files.write_folder;
+    server_options.actor.cad = options_.files.cad;
     if (!options_.export_folder.empty()) server_options.actor.export_folder = options_.export_folder;
     server_options.actor.epoch = static_cast<std::uint64_t>(to_ns(clock_.now()));
     auto server = Server::start(context_.get_executor(), endpoints, std::move(model),
