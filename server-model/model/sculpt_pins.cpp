@@ -3,23 +3,16 @@
 #include <algorithm>
 #include <utility>
 
-#include "server-model/model/sculpt_solve.h"
+#include "server-model/model/sculpt_demands.h"
+#include "server-model/model/sculpt_icon.h"
 
 namespace handloft::model {
 
 using geometry::SculptField;
 using geometry::SculptRow;
-using geometry::SurfaceFunctional;
 using geometry::Vec3;
 
 namespace {
-
-Vec3 value_of(const SurfaceFunctional& functional, const std::vector<Vec3>& control) {
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = 0; k < functional.point.size(); ++k)
-    sum += functional.value[k] * control[functional.point[k]];
-  return sum;
-}
 
 bool is_pinned(const SculptIcon& icon, const SculptRow& row) {
   return icon.shape != IconShape::point && !row.along && row.yield == 0;
