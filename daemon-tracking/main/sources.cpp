@@ -96,6 +96,7 @@ Result<SourceSet> open_simulation(const DaemonOptions& options, TimePoint start)
   rig_options.seed = options.seed;
   rig_options.start = start;
   rig_options.frames_per_s = options.camera_rate_hz;
+  rig_options.head.glances = glances_at_palette(program);
   set.stream = std::make_unique<SimulatedRig>(set.calibration.rig, std::move(program), rig_options);
   return set;
 }

@@ -49,6 +49,9 @@ class Gesture {
   /// One more frame of the hand in this gesture, in order of time. An error: the model refuses the gesture,
   /// which is over then and has left no trace.
   virtual Result<Preview> on_frame(const HandFrame& frame) = 0;
+  /// The glove tells of another gesture since `since`, before debouncing; nullopt: it is not known since
+  /// when. A commit follows, or the like again, or frames when the hand comes back to this gesture.
+  virtual void let_go(std::optional<TimePoint> since) { static_cast<void>(since); }
   /// Ends it as one operation; nullopt: there was nothing to do. An error: refused at last, without a trace.
   virtual Result<std::optional<model::Submitted>> commit() = 0;
   /// Ends it without a trace.

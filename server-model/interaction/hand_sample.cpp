@@ -2,7 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 
 #include "common/codec/fingertips.h"
@@ -48,6 +50,10 @@ Result<std::optional<HandSample>> read_hand(const v1::TrackingFrame& frame, int 
     sample.fingertips[i] = Fingertip{position, tip.state != v1::TRACKING_PREDICTED};
   }
   sample.gesture = hand.gesture();
+  // A time before the clock's beginning is none.
+  if (const std::int64_t since = std::min(hand.gesture_since_ns(), frame.capture_time_ns()); since > 0) {
+    sample.gesture_since = from_ns(since);
+  }
   if (!(hand.pressure() >= 0.0 && hand.pressure() <= 1.0))
     return bad(name + ".pressure", hand.pressure(), "0..1");
   sample.pressure = hand.pressure();

@@ -26,6 +26,8 @@ struct HandSample {
   std::array<std::optional<Fingertip>, finger_count>
       fingertips;  ///< In the order of v1::Finger; nullopt: lost.
   v1::Gesture gesture = v1::GESTURE_UNKNOWN;
+  /// When that gesture began, before debouncing; no later than the frame. nullopt: not told.
+  std::optional<TimePoint> gesture_since;
   double pressure = 0.0;  ///< rho, 0..1 (A1)
   bool pressing = false;
   bool thumb_laid = false;     ///< The thumb's pad is closed: a tap divides a profile stroke (A21).

@@ -44,20 +44,4 @@ std::optional<Eigen::Quaterniond> hand_turn(const FingertipPositions& then, cons
   return Eigen::Quaterniond(rotation).normalized();
 }
 
-std::optional<double> hand_opening(const FingertipPositions& then, const FingertipPositions& now) {
-  constexpr int least_pairs = 3;
-  double before_m = 0, after_m = 0;
-  int pairs = 0;
-  for (std::size_t i = 0; i < finger_count; ++i) {
-    for (std::size_t k = i + 1; k < finger_count; ++k) {
-      if (!then[i] || !then[k] || !now[i] || !now[k]) continue;
-      before_m += (*then[i] - *then[k]).norm();
-      after_m += (*now[i] - *now[k]).norm();
-      ++pairs;
-    }
-  }
-  if (pairs < least_pairs || !(before_m > 0)) return std::nullopt;
-  return after_m / before_m;
-}
-
 }  // namespace handloft::interaction

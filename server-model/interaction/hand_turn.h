@@ -14,11 +14,6 @@ using FingertipPositions = std::array<std::optional<Eigen::Vector3d>, finger_cou
 
 FingertipPositions fingertip_positions(const HandSample& sample);
 
-/// How much farther from each other the fingertips are now than then, as a ratio of the sums of their
-/// distances: 1 while a fist keeps its shape, more while it opens. nullopt with fewer than three fingers that
-/// both have.
-std::optional<double> hand_opening(const FingertipPositions& then, const FingertipPositions& now);
-
 /// By the fingers that both have. nullopt with fewer than three of them, or when they lie so nearly on a line
 /// that the turn about it is noise.
 std::optional<Eigen::Quaterniond> hand_turn(const FingertipPositions& then, const FingertipPositions& now);

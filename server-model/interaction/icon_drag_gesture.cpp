@@ -11,7 +11,11 @@
 namespace handloft::interaction {
 
 IconDragGesture::IconDragGesture(Workbench& workbench, NearIcon picked)
-    : workbench_(workbench), picked_(std::move(picked)), air_(workbench.model), hold_(workbench) {
+    : workbench_(workbench),
+      picked_(std::move(picked)),
+      air_(workbench.model),
+      hold_(workbench),
+      fist_(workbench.options.fist_hold) {
   workbench_.select_icon(picked_.name);
   const model::Document& document = workbench_.model.document();
   const model::SculptPtr shape = model::as_sculpt(document.find(picked_.name.entity));
@@ -24,7 +28,7 @@ IconDragGesture::IconDragGesture(Workbench& workbench, NearIcon picked)
   if (curve_) length_m_ = length_m(model::icon_outline(*icon, *shape->surface));
 }
 
-v1::Operation IconDragGesture::operation(const Way& way) const {
+v1::Operation IconDragGesture::operation(const FistWay& way) const {
   v1::Operation operation;
   v1::DragIcon& drag = *operation.mutable_drag_icon();
   drag.set_entity(picked_.name.entity);
@@ -42,48 +46,37 @@ v1::Operation IconDragGesture::operation(const Way& way) const {
   return operation;
 }
 
-bool IconDragGesture::still_closing(const HandFrame& frame, const FingertipPositions& fingertips) const {
-  const InteractionOptions& options = workbench_.options;
-  if (frame.sample.capture_time - closed_at_ > options.fist_folds_for) return false;
-  const auto opening = hand_opening(grasped_, fingertips);
-  return opening && *opening < 1 - options.fist_slack;
+bool IconDragGesture::moved(const FistWay& way) const {
+  return way.translation.norm() >= workbench_.options.icon_slack_m ||
+         (turns_ && way.turn.angularDistance(Eigen::Quaterniond::Identity()) > 0);
 }
 
 Result<Preview> IconDragGesture::on_frame(const HandFrame& frame) {
   if (!frame.fist_centre) return Preview::unseen;
-  const FingertipPositions fingertips = fingertip_positions(frame.sample);
-  const bool first = !grasped_at_;
-  if (first) closed_at_ = frame.sample.capture_time;
-  if (first || still_closing(frame, fingertips)) {
-    grasped_at_ = frame.fist_centre;
-    grasped_ = fingertips;
-    last_ = {};
-    steady_.reset();
-    if (first) return Preview::changed;  // It is selected now.
-  }
-  if (held().empty()) return Preview::same;
-  if (const auto turn = hand_turn(grasped_, fingertips)) last_.turn = *turn;
-  last_.time = frame.sample.capture_time;
-  last_.translation = *frame.fist_centre - *grasped_at_;
-  last_.potentiometer = frame.sample.potentiometer;
-  const InteractionOptions& options = workbench_.options;
-  const bool still =
-      last_.translation.norm() < options.icon_slack_m &&
-      (!turns_ || last_.turn.angularDistance(Eigen::Quaterniond::Identity()) < options.icon_slack_rad);
-  if (!begun() && still) return Preview::same;
-  const Status status = air_.amend(operation(last_));
+  let_go_ = false;
+  const FistWay way = fist_.on_frame(frame);
+  if (!std::exchange(selected_, true)) return Preview::changed;
+  if (held().empty() || (!begun() && !moved(way))) return Preview::same;
+  const Status status = air_.amend(operation(way));
   refused_ = status ? std::string() : status.error().message;
-  const auto opening = hand_opening(grasped_, fingertips);
-  if (status && (!opening || *opening < 1 + options.fist_slack)) steady_ = last_;
   return Preview::changed;
+}
+
+void IconDragGesture::let_go(std::optional<TimePoint> since) {
+  if (std::exchange(let_go_, true)) return;  // The first that it has gone over to.
+  opened_ = since;
 }
 
 Result<std::optional<model::Submitted>> IconDragGesture::commit() {
   if (!begun()) return std::optional<model::Submitted>();
-  if (steady_ && steady_->time < last_.time &&
-      last_.time - steady_->time <= workbench_.options.fist_folds_for) {
-    // Accepted once; were it refused now, the last good one would stay.
-    static_cast<void>(air_.amend(operation(*steady_)));
+  if (let_go_ && opened_) {
+    const auto way = fist_.at_release(opened_);
+    if (!way || !moved(*way)) {
+      air_.cancel();
+      return std::optional<model::Submitted>();
+    }
+    // It was accepted once; were it refused now, the last good one would stay.
+    static_cast<void>(air_.amend(operation(*way)));
   }
   return air_.commit();
 }

@@ -4,9 +4,7 @@
 // is one DragIcon from where the hand closed. Nothing happens before the fist has really moved, so that an
 // icon may be picked without being nudged. What is not driven by a hand is only selected.
 //
-// A glove tells of a fist when the fingertips touch the palm: the last of the way they still fold, and before
-// it tells that the fist opens they have begun to unfold. Their mean goes 4 to 6 mm meanwhile, though the
-// hand does not. So a drag begins where the fist has closed, and is committed as it was before it opened.
+// The way begins where the fist has folded, and is committed as it was before it unfolded (fist_hold.h).
 //
 // A curve icon goes along whole while the potentiometer is turned all the way up. Turned down it bends: the
 // place that was nearest to the fist as it closed goes along, and the drag reaches as far along the curve to
@@ -21,8 +19,8 @@
 
 #include "common/base/clock.h"
 #include "server-model/interaction/air_operation.h"
+#include "server-model/interaction/fist_hold.h"
 #include "server-model/interaction/gesture.h"
-#include "server-model/interaction/hand_turn.h"
 #include "server-model/interaction/workbench.h"
 
 namespace handloft::interaction {
@@ -33,6 +31,7 @@ class IconDragGesture final : public Gesture {
   IconDragGesture(Workbench& workbench, NearIcon picked);
 
   Result<Preview> on_frame(const HandFrame& frame) override;
+  void let_go(std::optional<TimePoint> since) override;
   Result<std::optional<model::Submitted>> commit() override;
   void cancel() override { air_.cancel(); }
   bool begun() const override { return air_.operation().has_drag_icon(); }
@@ -44,15 +43,8 @@ class IconDragGesture final : public Gesture {
   const IconName& held() const { return hold_.name(); }
 
  private:
-  /// Where a frame takes the icon.
-  struct Way {
-    TimePoint time;
-    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();  ///< The last one that was known.
-    double potentiometer = 1.0;
-  };
-  v1::Operation operation(const Way& way) const;
-  bool still_closing(const HandFrame& frame, const FingertipPositions& fingertips) const;
+  v1::Operation operation(const FistWay& way) const;
+  bool moved(const FistWay& way) const;
 
   Workbench& workbench_;
   NearIcon picked_;
@@ -61,12 +53,11 @@ class IconDragGesture final : public Gesture {
   bool curve_ = false;
   bool turns_ = false;   ///< Turning it means anything: not of a position that is held.
   double length_m_ = 0;  ///< Of a curve.
-  std::optional<Eigen::Vector3d> grasped_at_;
-  FingertipPositions grasped_;
-  TimePoint closed_at_;
-  Way last_;
-  std::optional<Way> steady_;  ///< The last with the fist as closed as it was.
-  std::string refused_;        ///< Why the last frame was; empty: it was not.
+  FistHold fist_;
+  bool selected_ = false;  ///< A frame has told so.
+  bool let_go_ = false;
+  std::optional<TimePoint> opened_;  ///< When it was let go.
+  std::string refused_;              ///< Why the last frame was; empty: it was not.
 };
 
 }  // namespace handloft::interaction

@@ -250,12 +250,14 @@ void Interaction::on_hand(Hand& hand, const std::optional<HandSample>& sample, T
   if (!frame.fist_centre) frame.fist_centre = hand.centre.rough(*sample);
   if (sample->gesture != v1::GESTURE_ON_TABLE) hand.touch_spent = false;
   if (sample->gesture == v1::GESTURE_UNKNOWN) {
+    if (hand.gesture) hand.gesture->let_go(sample->gesture_since);
     on_gap(hand, frame.centre ? Gap::gesture_unknown : Gap::hand_lost, now, outcome);
     return;
   }
   const Doing next = wanted(hand, frame);
   if (hand.gesture && hand.doing != next) {
     // The glove says that the gesture is over, whether or not a camera sees the fingers.
+    hand.gesture->let_go(sample->gesture_since);
     commit(hand, outcome);
   }
   if (hand.refused != next) hand.refused = Doing::nothing;

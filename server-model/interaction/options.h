@@ -8,6 +8,7 @@
 #include "common/base/clock.h"
 #include "server-model/geometry/disk.h"
 #include "server-model/interaction/drawn_curve.h"
+#include "server-model/interaction/fist_hold.h"
 #include "server-model/interaction/hand_centre.h"
 #include "server-model/interaction/hand_sample.h"
 #include "server-model/model/dual_shape.h"
@@ -73,14 +74,9 @@ struct InteractionOptions {
   Eigen::Vector3d duplicate_offset_m{0.0, 0.03, 0.0};
   /// How long presence tells of a gesture that was refused or lost at its end: as long as reading it takes.
   Duration tell_for = std::chrono::seconds(3);
-  /// A fist that holds an icon has moved when it moved or turned this much: it trembles less.
+  FistOptions fist_hold;  ///< Of a fist that takes an icon or a whole shape along.
+  /// A fist that holds an icon has moved when it moved this much, or turned at all: it trembles less.
   double icon_slack_m = 0.002;
-  double icon_slack_rad = 0.05;
-  /// A fist that holds an icon keeps its shape to this share; beyond it, fingers fold or unfold: three times
-  /// the tracking's noise.
-  double fist_slack = 0.03;
-  /// Folding and unfolding that the glove does not tell of lasts no longer.
-  Duration fist_folds_for = std::chrono::milliseconds(250);
   double least_bend = 0.05;     ///< Of a curve's length: the reach of a bend at the potentiometer's bottom.
   double icon_tap_m = 0.01;     ///< A tap this close to an icon means that one, not another beside it.
   double icon_curve_m = 0.008;  ///< A press that goes farther from where it began than this is no tap.

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "server-model/interaction/air_operation.h"
+#include "server-model/interaction/fist_hold.h"
 #include "server-model/interaction/gesture.h"
-#include "server-model/interaction/hand_turn.h"
 #include "server-model/interaction/workbench.h"
 
 namespace handloft::interaction {
@@ -20,9 +20,10 @@ class TransformGesture final : public Gesture {
 
   /// `workbench` must outlive it.
   TransformGesture(Workbench& workbench, Grip grip)
-      : workbench_(workbench), grip_(grip), air_(workbench.model) {}
+      : workbench_(workbench), grip_(grip), air_(workbench.model), fist_(workbench.options.fist_hold) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
+  void let_go(std::optional<TimePoint> since) override;
   Result<std::optional<model::Submitted>> commit() override;
   void cancel() override { air_.cancel(); }
   bool begun() const override { return air_.operation().has_transform(); }
@@ -30,6 +31,7 @@ class TransformGesture final : public Gesture {
   std::string_view name() const override { return "move"; }
 
  private:
+  v1::Operation operation(const FistWay& way) const;
   double scale_for(double potentiometer) const;
 
   Workbench& workbench_;
@@ -37,9 +39,10 @@ class TransformGesture final : public Gesture {
   AirOperation air_;
   std::string entity_;  ///< Empty: nothing is held yet.
   Eigen::Vector3d pivot_ = Eigen::Vector3d::Zero();
-  FingertipPositions grasped_;
-  Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();  ///< The last one that was known.
-  double dial_ = 0;  ///< Of the potentiometer when the hand took hold.
+  FistHold fist_;
+  bool let_go_ = false;
+  std::optional<TimePoint> opened_;  ///< When the fist let it go.
+  double dial_ = 0;                  ///< Of the potentiometer when the hand took hold.
   std::optional<Eigen::Vector3d> last_;
 };
 

@@ -100,6 +100,13 @@ inline v1::TrackingFrame opened(v1::TrackingFrame frame, double times) {
   return frame;
 }
 
+/// `frame` of which the daemon tells that its gesture began so many frames before it.
+inline v1::TrackingFrame since(v1::TrackingFrame frame, double frames) {
+  const auto ns = static_cast<std::int64_t>(frames * static_cast<double>(HandScript::frame_ns));
+  frame.mutable_hands(0)->set_gesture_since_ns(frame.capture_time_ns() - ns);
+  return frame;
+}
+
 /// Takes a fingertip out of sight.
 inline v1::TrackingFrame without_finger(v1::TrackingFrame frame, int finger) {
   frame.mutable_hands(0)->set_fingertip_states(finger, v1::TRACKING_LOST);

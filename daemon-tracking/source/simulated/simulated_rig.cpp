@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/table_palette.h"
 #include "daemon-tracking/source/glove_report.h"
 #include "daemon-tracking/source/simulated/camera_renderer.h"
 #include "daemon-tracking/source/simulated/random.h"
@@ -27,6 +28,19 @@ constexpr double glove_jitter_s = 0.0002;
 /// Noise of the converter, in its steps.
 constexpr double analogue_noise = 1.0;
 constexpr std::uint8_t battery_percent = 87;
+
+/// The palette's cells nearer to the designer than this are in the row that he looks down at,
+constexpr double near_row_y_m = -0.15;
+/// so far that the row and the work are both in the picture.
+constexpr double glance_y_m = -0.09;
+/// Touches that follow each other so soon are one glance: time for both of its turns.
+constexpr double one_glance_s = 1.5;
+
+/// From 0 to 1, smoothly: a minimum-jerk course (Flash and Hogan 1985, eq. 4).
+double eased(double u) {
+  const double part = std::clamp(u, 0.0, 1.0);
+  return part * part * part * (10.0 - 15.0 * part + 6.0 * part * part);
+}
 
 double cut_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
   return std::clamp(normal(seed, stream, index), -jitter_cut, jitter_cut);
@@ -198,12 +212,34 @@ Isometry3d HeadMotion::at(double time_s) const {
   const Vector3d gaze(0.4 * std::sin(0.57 * angle + 0.3), 0.4 * std::sin(0.41 * angle + 1.1), 0.0);
   Isometry3d pose = Isometry3d::Identity();
   pose.translation() = rest_m + sway_m * sway;
-  const Vector3d back = (pose.translation() - look_at_m - sway_m * gaze).normalized();
+  Vector3d look_at = look_at_m;
+  for (const HeadGlance& glance : glances) {
+    const double there = eased((time_s - glance.begin_s) / glance_turn_s + 1);
+    const double back_again = eased((time_s - glance.end_s) / glance_turn_s);
+    look_at += there * (1 - back_again) * (glance.look_at_m - look_at_m);
+  }
+  const Vector3d back = (pose.translation() - look_at - sway_m * gaze).normalized();
   const Vector3d right = Vector3d::UnitZ().cross(back).normalized();
   pose.linear().col(0) = right;
   pose.linear().col(1) = back.cross(right);
   pose.linear().col(2) = back;
   return pose;
+}
+
+std::vector<HeadGlance> glances_at_palette(const HandProgram& program) {
+  std::vector<HeadGlance> glances;
+  for (const HandEvent& event : program.events()) {
+    if (event.kind != HandEvent::Kind::touch) continue;
+    const auto cell = std::find_if(table_palette.begin(), table_palette.end(),
+                                   [&](const PaletteCell& each) { return each.label == event.label; });
+    if (cell == table_palette.end() || cell->centre_y_m > near_row_y_m) continue;
+    if (!glances.empty() && event.begin_s - glances.back().end_s < one_glance_s) {
+      glances.back().end_s = event.end_s;
+    } else {
+      glances.push_back({event.begin_s, event.end_s, Vector3d(HeadMotion{}.look_at_m.x(), glance_y_m, 0.0)});
+    }
+  }
+  return glances;
 }
 
 Truth SimulatedScene::truth_at(double time_s) const {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "daemon-tracking/source/rig.h"
 #include "daemon-tracking/source/sample_stream.h"
@@ -13,16 +14,28 @@
 
 namespace handloft::tracking {
 
-/// The head sways gently while it looks at the table's centre.
+/// While the head looks somewhere else.
+struct HeadGlance {
+  double begin_s = 0, end_s = 0;
+  Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();
+};
+
+/// The head sways gently while it looks at the table's centre, and elsewhere during its glances.
 struct HeadMotion {
   Eigen::Vector3d rest_m{0.0, -0.36, 0.46};
   Eigen::Vector3d look_at_m{0.05, 0.0, 0.03};
   double sway_m = 0.015;  ///< Amplitude of the slowest component.
   double sway_hz = 0.17;
+  std::vector<HeadGlance> glances;  ///< None overlaps another.
+  double glance_turn_s = 0.5;       ///< To turn there before one begins, and back after it: some 20 deg/s.
 
   /// world_from_head at a time; axes as in Rig::head_tags.
   Eigen::Isometry3d at(double time_s) const;
 };
+
+/// Whoever touches the palette's row between the work and himself looks down at it: it is 21 degrees below
+/// his gaze, where a picture of what he sees ends. One glance for touches that follow each other.
+std::vector<HeadGlance> glances_at_palette(const HandProgram& program);
 
 struct SimulatedRigOptions {
   std::uint64_t seed = 1;

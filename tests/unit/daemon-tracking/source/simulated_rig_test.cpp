@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <condition_variable>
 #include <map>
 #include <mutex>
 #include <set>
 
+#include "common/base/table_palette.h"
 #include "daemon-tracking/source/camera/simulated_camera.h"
 #include "daemon-tracking/source/glove/simulated_glove.h"
 #include "daemon-tracking/source/glove_report.h"
@@ -134,6 +136,39 @@ TEST(SimulatedRig, TruthIsTheProgramsState) {
                                        truth.head_orientation_wxyz[2], truth.head_orientation_wxyz[3]);
   EXPECT_TRUE(orientation.toRotationMatrix().isApprox(options.head.at(0.3).linear(), 1e-12));
   EXPECT_NEAR(orientation.norm(), 1.0, 1e-12);
+}
+
+// The palette's near row is 21 degrees below the gaze at the work: a picture of 34 degrees would not show it.
+TEST(SimulatedRig, TheHeadLooksDownAtTheRowThatTheHandTouches) {
+  HandProgram program;
+  program.idle(1.0);
+  program.touch(PaletteCommand::fit);  // Beside the work: in the picture anyway.
+  program.touch(PaletteCommand::exponent);
+  program.gesture(HandPose::open, {0.0, 0.0, 0.15}, 2.0);
+  HeadMotion head;
+  head.glances = glances_at_palette(program);
+  ASSERT_EQ(head.glances.size(), 1u);
+  const PaletteCell& cell = palette_cell_of(PaletteCommand::exponent);
+  const auto below_gaze_deg = [&](const Eigen::Vector3d& place, double time_s) {
+    const Eigen::Vector3d seen = head.at(time_s).inverse() * place;  // x right, y up, z back
+    return std::atan2(-seen.y(), -seen.z()) * 180 / M_PI;
+  };
+  const Eigen::Vector3d near_edge(cell.centre_x_m, cell.centre_y_m - cell.height_m / 2, 0.0);
+  constexpr double half_picture_deg = 17;
+  for (double time_s = 0; time_s < program.duration_s(); time_s += 0.01) {
+    const HeadGlance& glance = head.glances.front();
+    if (time_s >= glance.begin_s && time_s <= glance.end_s) {
+      EXPECT_LT(below_gaze_deg(near_edge, time_s), half_picture_deg) << time_s;
+      EXPECT_GT(below_gaze_deg({0.0, 0.0, 0.1}, time_s), -half_picture_deg)
+          << "the work stays in the picture";
+    } else if (time_s < glance.begin_s - head.glance_turn_s || time_s > glance.end_s + head.glance_turn_s) {
+      EXPECT_GT(below_gaze_deg(near_edge, time_s), half_picture_deg) << "negative control";
+      EXPECT_TRUE(head.at(time_s).isApprox(HeadMotion{}.at(time_s), 1e-15));
+    }
+    const double turned =
+        Eigen::AngleAxisd(head.at(time_s).linear().transpose() * head.at(time_s + 0.01).linear()).angle();
+    EXPECT_LT(turned, 0.01) << "no faster than a radian a second";
+  }
 }
 
 /// Collects what a source delivers; waits for a count with a generous limit.

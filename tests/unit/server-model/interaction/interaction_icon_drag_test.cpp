@@ -1,5 +1,8 @@
 // A closed hand drags icons of sculpted surfaces (D6, D13, D15, D19, step 4).
 
+#include <cstdint>
+#include <limits>
+
 #include "tests/unit/server-model/interaction/sculpt_fixture.h"
 
 namespace handloft::interaction {
@@ -160,6 +163,23 @@ TEST_F(IconDragTest, D20_a_refused_frame_keeps_the_last_good_one_and_says_so) {
   EXPECT_FALSE(model_.has_provisional());
 }
 
+TEST_F(IconDragTest, D20_curves_that_contradict_at_many_places_are_named_once) {
+  add_icon("along", {{-0.1, 0.08, sheet_z}, {0.1, 0.08, sheet_z}}, v1::ICON_CURVE);
+  add_icon("again", {{-0.1, 0.08, sheet_z}, {0.1, 0.08, sheet_z}}, v1::ICON_CURVE);
+  v1::Operation pull;
+  pull.mutable_drag_icon()->set_entity("sheet");
+  pull.mutable_drag_icon()->set_icon("along");
+  pull.mutable_drag_icon()->mutable_translation()->set_z(0.02);
+  const auto refused = model_.submit(pull);
+  ASSERT_FALSE(refused);
+  const std::string& words = refused.error().message;
+  const std::string off = "(off by";
+  EXPECT_THAT(words, HasSubstr("icon \"again\" " + off));
+  std::size_t named = 0;
+  for (std::size_t at = words.find(off); at != std::string::npos; at = words.find(off, at + 1)) ++named;
+  EXPECT_EQ(named, 2U) << words;
+}
+
 TEST_F(IconDragTest, a_refused_frame_after_good_ones_commits_the_last_good_one) {
   send(script_.closed({0, 0, 0.12}));
   send(script_.closed({0, 0, 0.13}));
@@ -242,30 +262,80 @@ TEST_F(IconDragTest, a_fist_far_from_icons_pushes_shapes_as_ever) {
   EXPECT_EQ(height(sheet(), 0, 0), 0);
 }
 
-// The glove tells of a fist before it has closed and after it has begun to open: meanwhile the fingertips'
-// mean goes where the hand does not.
-TEST_F(IconDragTest, D19_fingers_that_fold_and_unfold_move_no_icon) {
-  const Vector3d grip(0, 0, 0.12), way(0.01, 0, 0.03);
-  for (const double times : {1.2, 1.1, 1.05, 1.0}) send(test::opened(script_.closed(grip), times));
-  for (int i = 0; i <= 10; ++i) send(script_.closed(grip + way * i / 10.0));
-  ASSERT_LT((seen()->find_icon("p")->translation - way).norm(), 1.5e-3);
-  for (const double times : {1.05, 1.1, 1.2}) send(test::opened(script_.closed(grip + way), times));
+// The glove tells of a fist before it has folded and after it has begun to unfold: meanwhile the fingertips'
+// mean goes where the hand does not. Frames are 33 ms apart.
+class FoldingFist : public IconDragTest {
+ protected:
+  static constexpr double folded[] = {1.2, 1.1, 1.05, 1.0};
+
+  /// Closes, goes along `way`, stays, and unfolds; the last frames still tell of a fist.
+  void drag(const Vector3d& way) {
+    double frames = 0.5;
+    for (const double times : folded) send(test::since(test::opened(script_.closed(grip), times), frames++));
+    for (int i = 1; i <= 10; ++i) send(test::since(script_.closed(grip + way * i / 10.0), frames++));
+    for (int i = 0; i < 6; ++i) send(test::since(script_.closed(grip + way), frames++));
+    for (const double times : {1.05, 1.1, 1.2})
+      send(test::since(test::opened(script_.closed(grip + way), times), frames++));
+  }
+  const Vector3d grip = Vector3d(0, 0, 0.12);
+};
+
+TEST_F(FoldingFist, D19_fingers_that_fold_and_unfold_move_no_icon) {
+  const Vector3d way(0.01, 0, 0.03);
+  drag(way);
   EXPECT_GT((seen()->find_icon("p")->translation - way).norm(), 3e-3) << "negative control: the mean moves";
-  rest();
+  send(test::since(script_.resting(grip + way), 0.5));
   EXPECT_EQ(steps(), steps_ + 1);
-  // Folds of less than the slack are not told from noise.
-  EXPECT_LT((icon("p").translation - way).norm(), 1.5e-3);
+  EXPECT_LT((icon("p").translation - way).norm(), 1e-12);
 }
 
-TEST_F(IconDragTest, what_a_hand_does_with_fingers_long_unfolded_counts) {
-  const Vector3d grip(0, 0, 0.12), way(0, 0, 0.02);
-  for (int i = 0; i <= 20; ++i) {
-    const v1::TrackingFrame frame = script_.closed(grip + way * i / 20.0);
-    send(i < 6 ? frame : test::opened(frame, 1.1));
+TEST_F(FoldingFist, D19_a_fist_that_goes_nowhere_leaves_no_step) {
+  drag(Vector3d::Zero());
+  EXPECT_GT(seen()->find_icon("p")->translation.norm(), 2e-3) << "negative control: it looks like a drag";
+  send(test::since(script_.resting(grip), 0.5));
+  EXPECT_FALSE(model_.has_provisional());
+  EXPECT_EQ(steps(), steps_);
+  EXPECT_EQ(hash(), before_);
+  EXPECT_EQ(interaction_.selected_icon().icon, "p") << "but it is selected";
+}
+
+TEST_F(FoldingFist, D19_pads_that_leave_the_palm_one_by_one_let_go_at_the_first) {
+  const Vector3d way(0, 0.01, 0.02);
+  drag(way);
+  v1::TrackingFrame between = script_.closed(grip + way);
+  between.mutable_hands(0)->set_gesture(v1::GESTURE_UNKNOWN);
+  send(test::since(between, 0.5));
+  send(test::since(test::opened(script_.resting(grip + way), 1.4), 0.25));
+  EXPECT_LT((icon("p").translation - way).norm(), 1e-12);
+}
+
+TEST_F(IconDragTest, T14_times_that_cannot_be_are_none) {
+  for (const std::int64_t ns : {std::numeric_limits<std::int64_t>::min(), std::int64_t{-1},
+                                std::numeric_limits<std::int64_t>::max()}) {
+    const std::string then = hash();
+    for (int i = 0; i <= 10; ++i) {
+      v1::TrackingFrame frame = script_.closed({0, 0, 0.12 + 0.002 * i});
+      frame.mutable_hands(0)->set_gesture_since_ns(ns);
+      send(frame);
+    }
+    v1::TrackingFrame open = script_.resting({0, 0, 0.14});
+    open.mutable_hands(0)->set_gesture_since_ns(ns);
+    send(open);
+    EXPECT_FALSE(model_.has_provisional());
+    EXPECT_EQ(hash() == then, ns > 0) << "a fist that closes for ever has not folded";
   }
-  const Vector3d last = seen()->find_icon("p")->translation;
-  rest();
-  EXPECT_LT((icon("p").translation - last).norm(), 1e-12) << "it held so for longer than opening takes";
+}
+
+TEST_F(FoldingFist, of_a_hand_that_comes_back_the_whole_way_counts) {
+  drag(Vector3d(0, 0, 0.02));
+  v1::TrackingFrame between = script_.closed(grip);
+  between.mutable_hands(0)->set_gesture(v1::GESTURE_UNKNOWN);
+  send(test::since(between, 0.5));
+  double frames = 0.5;
+  for (int i = 0; i < 12; ++i) send(test::since(script_.closed(grip + Vector3d(0, 0, 0.03)), frames++));
+  send(test::since(script_.resting(grip), 0.5));
+  EXPECT_EQ(steps(), steps_ + 1);
+  EXPECT_LT((icon("p").translation - Vector3d(0, 0, 0.03)).norm(), 1e-12);
 }
 
 }  // namespace

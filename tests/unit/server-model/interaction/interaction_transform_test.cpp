@@ -63,6 +63,21 @@ TEST_F(TransformTest, the_potentiometer_scales_once_it_is_really_turned) {
   }
 }
 
+// As an icon that is dragged: D19.
+TEST_F(TransformTest, fingers_that_fold_and_unfold_move_nothing) {
+  const Vector3d grip(0.0, 0.0, 0.12), way(0.0, 0.02, 0.03);
+  double frames = 0.5;
+  for (const double times : {1.2, 1.1, 1.05, 1.0})
+    send(test::since(test::opened(script_.closed(grip), times), frames++));
+  for (int i = 0; i < 6; ++i) send(test::since(script_.closed(grip + way), frames++));
+  for (const double times : {1.05, 1.1, 1.2})
+    send(test::since(test::opened(script_.closed(grip + way), times), frames++));
+  const Vector3d seen = preview("plate")->points[0].position() - before_->points[0].position();
+  EXPECT_GT((seen - way).norm(), 3e-3) << "negative control: the fingertips' mean moves";
+  send(test::since(script_.resting(grip + way), 0.5));
+  for (std::size_t i = 0; i < before_->points.size(); ++i) EXPECT_NEAR((moved(i) - way).norm(), 0, 1e-12);
+}
+
 TEST_F(TransformTest, a_fingertip_moves_without_turning) {
   send(script_.pointing({0, 0, 0.11}, false));
   send(test::turned(script_.pointing({0, 0, 0.11}, false), Eigen::Matrix3d::Identity()));
