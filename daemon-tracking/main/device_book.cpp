@@ -17,15 +17,18 @@ bool DeviceBook::note_presence(const std::string& device, bool present, TimePoin
   if (changed) {
     entry.slow_for = 0;
     entry.present_since.reset();
-    if (present) entry.present_since = time;
+    entry.absent_since.reset();
+    (present ? entry.present_since : entry.absent_since) = time;
     if (!is_new || present) log_.info("{} {}", device, present ? "is there" : "is gone");
   }
   return changed;
 }
 
-bool DeviceBook::note_sample(const std::string& device, TimePoint time, std::uint64_t gap) {
+bool DeviceBook::note_sample(const std::string& device, TimePoint time, TimePoint arrived,
+                             std::uint64_t gap) {
   Entry& entry = devices_[device];
-  const bool changed = !entry.report.present && note_presence(device, true, time);
+  const bool is_late = entry.absent_since && arrived <= *entry.absent_since;
+  const bool changed = !entry.report.present && !is_late && note_presence(device, true, arrived);
   ++entry.report.samples;
   entry.report.last_sample = time;
   entry.own_dropped += gap;

@@ -47,8 +47,10 @@ class DeviceBook {
 
   /// True: it was not so before.
   bool note_presence(const std::string& device, bool present, TimePoint time);
-  /// A sample came, and with it the knowledge that `gap` before it did not. True: it was not present.
-  bool note_sample(const std::string& device, TimePoint time, std::uint64_t gap = 0);
+  /// A sample of `time` came at `arrived`, and with it the knowledge that `gap` before it did not. True: the
+  /// device was not present. What arrived before the device went, but was looked at after, does not bring it
+  /// back.
+  bool note_sample(const std::string& device, TimePoint time, TimePoint arrived, std::uint64_t gap = 0);
   void note_dropped(const std::string& device);
   void note_refused(const std::string& device);
   /// Facts replace what was said of that device before.
@@ -70,7 +72,7 @@ class DeviceBook {
     std::uint64_t facts_dropped = 0, facts_refused = 0;  // Counted by the source.
     std::uint64_t samples_then = 0, lost_then = 0;       // At the last report.
     int slow_for = 0;
-    std::optional<TimePoint> present_since;
+    std::optional<TimePoint> present_since, absent_since;
     std::optional<TimePoint> logged;
     bool alarmed = false;
   };

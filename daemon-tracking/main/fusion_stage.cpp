@@ -90,7 +90,7 @@ void FusionStage::consume(const Sample& sample) {
     presence_changed = note_report(*report);
     is_input = true;
   } else if (const auto* bytes = std::get_if<DeviceBytes>(&sample)) {
-    presence_changed = devices_.note_sample(device_of(bytes->kind), time);
+    presence_changed = devices_.note_sample(device_of(bytes->kind), time, time);
     is_input = true;
   } else if (const auto* presence = std::get_if<DevicePresence>(&sample)) {
     if (presence->device == ticking_device) return publish_tick(time, Standing::when_due);
@@ -119,7 +119,7 @@ bool FusionStage::note_report(const GloveBytes& report) {
   // The counter wraps after 65,536: what looks like more than half of that is an older or repeated report.
   if (gap >= 0x8000U) gap = 0;
   glove_sequence_ = parsed->sequence;
-  return devices_.note_sample(glove_device, report.arrival_time, gap);
+  return devices_.note_sample(glove_device, report.arrival_time, report.arrival_time, gap);
 }
 
 void FusionStage::consume(const CameraFrame& frame, const CameraObservation& observation) {
@@ -154,7 +154,7 @@ void FusionStage::consume(const CameraFrame& frame, const CameraObservation& obs
 bool FusionStage::note_frame(const CameraFrame& frame) {
   if (frame.camera >= figures_.cameras.size()) return false;
   ++figures_.cameras[frame.camera].frames;
-  return devices_.note_sample(camera_device(frame.camera), frame.capture_time,
+  return devices_.note_sample(camera_device(frame.camera), frame.capture_time, frame.arrival_time,
                               gaps_[frame.camera].note(frame.sequence));
 }
 

@@ -22,6 +22,7 @@
 #include "daemon-tracking/source/pen/evdev_pen.h"
 #include "daemon-tracking/source/pen/pen_streams.h"
 #include "daemon-tracking/source/space_mouse/hid_space_mouse.h"
+#include "tests/hardware/driven_device.h"
 
 namespace handloft::tracking {
 namespace {
@@ -30,76 +31,7 @@ using namespace std::chrono_literals;
 
 constexpr auto patience = 20s;  // The guest is slow; nothing here is asserted by this time.
 
-/// A device of devices/, driven by lines.
-class Device {
- public:
-  explicit Device(std::vector<std::string> command) {
-    int to[2], from[2];
-    if (::pipe(to) != 0 || ::pipe(from) != 0) std::abort();
-    process_ = ::fork();
-    if (process_ == 0) {
-      ::dup2(to[0], 0);
-      ::dup2(from[1], 1);
-      ::close(to[1]);
-      ::close(from[0]);
-      const auto folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-      command[0] = (folder / command[0]).string();
-      std::vector<char*> words;
-      for (std::string& word : command) words.push_back(word.data());
-      words.push_back(nullptr);
-      ::execv(words[0], words.data());
-      std::_Exit(127);
-    }
-    ::close(to[0]);
-    ::close(from[1]);
-    commands_ = to[1];
-    words_ = ::fdopen(from[0], "r");
-    reader_ = std::thread([this] { listen(); });
-  }
-  ~Device() {
-    ::close(commands_);
-    ::waitpid(process_, nullptr, 0);
-    reader_.join();
-    ::fclose(words_);
-  }
-  void tell(const std::string& line) const {
-    const std::string text = line + "\n";
-    EXPECT_EQ(::write(commands_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
-  }
-  /// Waits for a line that begins so; what came before it is forgotten.
-  std::string hear(const std::string& beginning) {
-    std::unique_lock lock(mutex_);
-    std::string found;
-    changed_.wait_for(lock, patience, [&] {
-      while (!heard_.empty() && found.empty()) {
-        if (heard_.front().starts_with(beginning)) found = heard_.front();
-        heard_.pop_front();
-      }
-      return !found.empty();
-    });
-    EXPECT_FALSE(found.empty()) << "the device never said: " << beginning;
-    return found;
-  }
-
- private:
-  void listen() {
-    char line[512];
-    while (std::fgets(line, sizeof line, words_) != nullptr) {
-      std::string text(line);
-      while (!text.empty() && text.back() == '\n') text.pop_back();
-      const std::lock_guard lock(mutex_);
-      heard_.push_back(text);
-      changed_.notify_all();
-    }
-  }
-  pid_t process_ = -1;
-  int commands_ = -1;
-  FILE* words_ = nullptr;
-  std::thread reader_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<std::string> heard_;
-};
+using Device = test::DrivenDevice;
 
 /// Keeps what a source delivers and lets the test wait for something.
 class Samples {

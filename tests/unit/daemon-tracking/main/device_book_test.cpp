@@ -34,16 +34,19 @@ DeviceFacts camera_facts(double asked_hz) {
 
 // `rate_hz` frames a second for a second, from `start` on.
 void second_of_frames(DeviceBook& book, const std::string& device, Duration start, int rate_hz) {
-  for (int i = 0; i < rate_hz; ++i) book.note_sample(device, at(start + i * 1s / rate_hz));
+  for (int i = 0; i < rate_hz; ++i) {
+    const TimePoint time = at(start + i * 1s / rate_hz);
+    book.note_sample(device, time, time);
+  }
 }
 
 TEST(DeviceBook, TellsRateDropsAndIdentityT14) {
   DeviceBook book(quiet);
   book.set_facts(camera_facts(30));
-  EXPECT_TRUE(book.note_sample("camera/left", at(0s))) << "it was not there before";
+  EXPECT_TRUE(book.note_sample("camera/left", at(0s), at(0s))) << "it was not there before";
   book.report(at(0s));
   second_of_frames(book, "camera/left", 10ms, 30);
-  EXPECT_FALSE(book.note_sample("camera/left", at(990ms), 2));
+  EXPECT_FALSE(book.note_sample("camera/left", at(990ms), at(990ms), 2));
   book.note_refused("camera/left");
   const DeviceReport report = of(book.report(at(1s)), "camera/left");
   EXPECT_NEAR(report.rate_hz, 31.0, 1e-9);
@@ -92,10 +95,10 @@ TEST(DeviceBook, GapsOfTheGloveAreAnAlarmT12) {
   book.note_presence("glove", true, at(0s));
   book.report(at(0s));
   second_of_frames(book, "glove", 0s, 250);
-  book.note_sample("glove", at(999ms), 2);
+  book.note_sample("glove", at(999ms), at(999ms), 2);
   EXPECT_EQ(of(book.report(at(1s)), "glove").problem, "") << "single ones are a busy hub's";
   second_of_frames(book, "glove", 1s, 240);
-  book.note_sample("glove", at(1999ms), 9);
+  book.note_sample("glove", at(1999ms), at(1999ms), 9);
   EXPECT_NE(of(book.report(at(2s)), "glove").problem.find("9 of 250 reports were lost"), std::string::npos)
       << of(book.standing(), "glove").problem;
 }
@@ -153,6 +156,17 @@ TEST(DeviceBook, AFlickeringAlarmDoesNotFillTheLog) {
   }
   const std::string said = text.str();
   EXPECT_LE(std::count(said.begin(), said.end(), '\n'), 11) << said;
+}
+
+// A worker still looks at the last frames when the camera is gone: they do not bring it back (T3).
+TEST(DeviceBook, FramesFromBeforeADeviceWentDoNotBringItBack) {
+  DeviceBook book(Logger("test", LogLevel::off));
+  EXPECT_TRUE(book.note_sample("camera/left", at(0ms), at(4ms)));
+  EXPECT_TRUE(book.note_presence("camera/left", false, at(100ms)));
+  EXPECT_FALSE(book.note_sample("camera/left", at(120ms), at(98ms))) << "its clock may even run ahead";
+  EXPECT_FALSE(book.standing()[0].present);
+  EXPECT_TRUE(book.note_sample("camera/left", at(900ms), at(904ms)));
+  EXPECT_TRUE(book.standing()[0].present);
 }
 
 }  // namespace
