@@ -439,8 +439,17 @@ TEST(GridTessellation, RefusesWhatIsNoGrid) {
   EXPECT_EQ(GridTessellation::create(surface, {{0, nan}, {0, 1}}).error().field, "us[1]");
   GridTessellation mesh = *GridTessellation::create(surface, even_grid(surface, 1));
   std::vector<Vec3> control = surface.control;
+  const std::vector<Vec3> before = mesh.mesh().positions;
+  for (Vec3& point : control) point.z() += 0.25;
   control[4].y() = nan;
   EXPECT_EQ(mesh.update(control).error().field, "control[4]");
+  EXPECT_EQ(mesh.mesh().positions, before);
+  // What the refused one had taken does not pass for known.
+  control[4] = surface.control[4];
+  ASSERT_TRUE(mesh.update(control).ok());
+  BSplineSurface moved = surface;
+  moved.control = control;
+  EXPECT_EQ(mesh.mesh().positions, GridTessellation::create(moved, even_grid(moved, 1))->mesh().positions);
   EXPECT_EQ(mesh.update(std::span(control).first(3)).error().field, "control");
 }
 
