@@ -192,7 +192,8 @@ template <typename Wire, Of<geometry::KnotVector> T>
 void fields(Wire& wire, T& value) {
   int degree = value.degree();
   bool periodic = value.is_periodic();
-  std::vector<double> knots = value.knots();
+  std::vector<double> knots;
+  if constexpr (!Wire::reads) knots = value.knots();
   wire(degree);
   wire(periodic);
   wire(knots);
@@ -221,7 +222,8 @@ void fields(Wire& wire, T& box) {
 template <typename Wire, Of<geometry::PolynomialSurface> T>
 void fields(Wire& wire, T& surface) {
   int degree = surface.degree();
-  geometry::Box2 box = surface.box();
+  geometry::Box2 box;
+  if constexpr (!Wire::reads) box = surface.box();
   std::vector<double> coefficients(surface.scaled_coefficients().begin(),
                                    surface.scaled_coefficients().end());
   wire(degree);
@@ -236,7 +238,8 @@ void fields(Wire& wire, T& surface) {
 
 template <typename Wire, Of<geometry::Superellipse> T>
 void fields(Wire& wire, T& shape) {
-  geometry::Box2 box = shape.box();
+  geometry::Box2 box;
+  if constexpr (!Wire::reads) box = shape.box();
   double exponent = shape.exponent();
   wire(box);
   wire(exponent);

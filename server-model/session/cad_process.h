@@ -1,8 +1,7 @@
 #pragma once
 // The CAD kernel in a process beside ours, one for each job: what it falls over, never ends or takes all
 // memory for is an Error with the file's name, and the model lives. `handloft-modeld` is that process too
-// (main/cad_kernel_command.h). To start it takes some 30 ms on a desktop machine, against the tenths of
-// seconds that the smallest models take to be read.
+// (main/cad_kernel_command.h). To start it takes 25 to 60 ms.
 
 #include <cstddef>
 #include <filesystem>
@@ -16,10 +15,11 @@ namespace handloft::session {
 
 struct CadProcessOptions {
   std::filesystem::path program = "/proc/self/exe";  ///< handloft-modeld.
-  /// Of its address space. A STEP file of 128 MB, the largest that is read, takes about 3 GB.
+  /// Of its address space: half of what a machine with 8 GB has.
   std::size_t max_memory_bytes = std::size_t{4} << 30U;
-  Duration max_cpu = std::chrono::minutes(3);   ///< Whole seconds; such a file takes one or two.
-  Duration max_time = std::chrono::minutes(5);  ///< On the wall, on a machine that has other work as well.
+  /// Whole seconds. Files of a megabyte or two take a few; those of 128 MB, the largest, may take a hundred.
+  Duration max_cpu = std::chrono::minutes(3);
+  Duration max_time = std::chrono::minutes(5);           ///< On the wall: the machine has other work as well.
   std::size_t max_answer_bytes = std::size_t{1} << 30U;  ///< Four times the largest stored model.
 };
 

@@ -14,6 +14,7 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <string>
 #include <thread>
@@ -35,11 +36,14 @@ constexpr std::array<const char*, 4> files{
     "/usr/share/opencascade/data/step/screw.step", "/usr/share/opencascade/data/step/linkrods.step",
     "/usr/share/opencascade/data/iges/hammer.iges", "/usr/share/opencascade/data/iges/bearing.iges"};
 
-/// Damaged variants of each file: a few, or as many as $HANDLOFT_CAD_DAMAGE says.
-int variants() {
-  constexpr int few = 6;
+/// Of the damaged variants of each file: a few, or as many as $HANDLOFT_CAD_DAMAGE says.
+std::vector<unsigned> seeds() {
   const char* const asked = std::getenv("HANDLOFT_CAD_DAMAGE");
-  return asked != nullptr ? std::max(1, std::atoi(asked)) : few;
+  // Of hammer.iges Open CASCADE 7.6 falls over the last two.
+  if (asked == nullptr) return {0, 1, 2, 3, 4, 14, 18};
+  std::vector<unsigned> all(static_cast<std::size_t>(std::max(1, std::atoi(asked))));
+  std::iota(all.begin(), all.end(), 0U);
+  return all;
 }
 
 std::string content_of(const fs::path& path) {
@@ -115,12 +119,12 @@ TEST(CadDamage, FilesWithDamageAtRandomNeverBringTheModelDown) {
     int refused = 0;
     int fell = 0;
     int hung = 0;
-    for (int i = 0; i < variants(); ++i) {
-      SCOPED_TRACE(fmt::format("{}, seed {}", path.filename().string(), i));
-      std::ofstream(folder.path() / name, std::ios::binary) << damaged(whole, static_cast<unsigned>(i));
+    for (const unsigned seed : seeds()) {
+      SCOPED_TRACE(fmt::format("{}, seed {}", path.filename().string(), seed));
+      std::ofstream(folder.path() / name, std::ios::binary) << damaged(whole, seed);
       LocalTarget target = target_in(folder.path(), options);
       const std::string before = model::document_hash(target.model().document());
-      const bool to_be_sculpted = i % 4 != 3;
+      const bool to_be_sculpted = seed % 4 != 3;
       const auto outcome = target.submit(import_of(name, to_be_sculpted));
       if (!outcome.ok()) {
         const Error& error = outcome.error();
@@ -129,7 +133,7 @@ TEST(CadDamage, FilesWithDamageAtRandomNeverBringTheModelDown) {
         EXPECT_EQ(model::document_hash(target.model().document()), before);
         const bool by_signal = error.message.find("killed by signal") != std::string::npos;
         const bool by_time = error.message.find("did not come to an end") != std::string::npos;
-        if (by_signal || by_time) std::cout << fmt::format("  seed {}: {}\n", i, error.describe());
+        if (by_signal || by_time) std::cout << fmt::format("  seed {}: {}\n", seed, error.describe());
         (by_signal ? fell : by_time ? hung : refused) += 1;
         continue;
       }
@@ -145,7 +149,7 @@ TEST(CadDamage, FilesWithDamageAtRandomNeverBringTheModelDown) {
       }
     }
     std::cout << fmt::format("{:<16} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", path.filename().string(),
-                             variants(), imported, exported, refused, fell, hung);
+                             seeds().size(), imported, exported, refused, fell, hung);
   }
 }
 
