@@ -12,6 +12,20 @@ namespace {
 /// ways are kept so much longer than unfolding takes.
 constexpr Duration edges_late_by = std::chrono::milliseconds(400);
 
+/// For a turn, what a camera sees: where a hidden fingertip is taken to be says nothing of it. Of hands that
+/// show fewer than three, all.
+FingertipPositions telling_fingertips(const HandSample& sample) {
+  constexpr int enough = 3;
+  FingertipPositions seen;
+  int count = 0;
+  for (std::size_t i = 0; i < finger_count; ++i) {
+    if (!sample.fingertips[i] || !sample.fingertips[i]->seen) continue;
+    seen[i] = sample.fingertips[i]->position;
+    ++count;
+  }
+  return count >= enough ? seen : fingertip_positions(sample);
+}
+
 }  // namespace
 
 Eigen::Quaterniond meant_turn(const Eigen::Quaterniond& turn, double slack_rad) {
@@ -46,7 +60,7 @@ void FistHold::steady_up(const HandFrame& frame, const FingertipPositions& finge
 
 FistWay FistHold::on_frame(const HandFrame& frame) {
   const HandSample& sample = frame.sample;
-  const FingertipPositions fingertips = fingertip_positions(sample);
+  const FingertipPositions fingertips = telling_fingertips(sample);
   FistWay way;
   way.time = sample.capture_time;
   way.potentiometer = sample.potentiometer;
