@@ -4,35 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "daemon-tracking/calibration/least_squares.h"
 #include "daemon-tracking/vision/body_pose.h"
-#include "daemon-tracking/vision/reprojection.h"
 
 namespace handloft::tracking {
 namespace {
 
 constexpr double nearest_depth_m = 1e-3;
 constexpr double mad_to_sigma = 1.4826;
-constexpr Eigen::Index pose_unknowns = 6;
-
-/// Where each free block's unknowns begin; -1 for fixed ones.
-struct Layout {
-  std::vector<std::array<Eigen::Index, lens_unknowns>> lens;
-  std::vector<Eigen::Index> pose;
-  Eigen::Index unknowns = 0;
-
-  explicit Layout(const BundleProblem& problem) {
-    for (const BundleLens& one : problem.lenses) {
-      auto& at = lens.emplace_back();
-      for (std::size_t i = 0; i < lens_unknowns; ++i) at[i] = one.hold[i] == Hold::free ? unknowns++ : -1;
-    }
-    for (const BundlePose& one : problem.poses) {
-      pose.push_back(one.hold == Hold::free ? unknowns : -1);
-      if (one.hold == Hold::free) unknowns += pose_unknowns;
-    }
-  }
-};
 
 Status check(const BundleProblem& problem) {
   for (std::size_t i = 0; i < problem.corners.size(); ++i) {
@@ -56,74 +37,160 @@ Status check(const BundleProblem& problem) {
   return {};
 }
 
+Eigen::Vector3d carried(BundleLink::Way way, const Eigen::Isometry3d& pose, const Eigen::Vector3d& point) {
+  return way == BundleLink::Way::forward
+             ? Eigen::Vector3d(pose * point)
+             : Eigen::Vector3d(pose.linear().transpose() * (point - pose.translation()));
+}
+
 /// The point in the camera's frame after its whole chain.
 Eigen::Vector3d carried(const BundleProblem& problem, const BundleCorner& corner) {
   Eigen::Vector3d point = corner.point_m;
-  for (std::size_t link = 0; link < corner.links; ++link) {
-    const Eigen::Isometry3d& pose = problem.poses[corner.chain[link].pose].value;
-    point = corner.chain[link].way == BundleLink::Way::forward
-                ? Eigen::Vector3d(pose * point)
-                : Eigen::Vector3d(pose.linear().transpose() * (point - pose.translation()));
-  }
+  for (std::size_t link = 0; link < corner.links; ++link)
+    point = carried(corner.chain[link].way, problem.poses[corner.chain[link].pose].value, point);
   return point;
 }
 
-using Block = NormalEquations::Block;
-
-/// Derivatives of the residual by all free unknowns on the corner's way.
-void derivatives(const BundleProblem& problem, const Layout& layout, const BundleCorner& corner,
-                 const LensProjection& seen, std::vector<Block>& blocks) {
-  blocks.clear();
-  const auto& lens_at = layout.lens[corner.lens];
-  for (std::size_t i = 0; i < lens_unknowns; ++i) {
-    if (lens_at[i] < 0) continue;
-    blocks.push_back({lens_at[i], -seen.by_lens.col(static_cast<Eigen::Index>(i))});
-  }
-  // From the camera back along the chain: `ahead` is d pixel / d (point after this link).
-  std::array<Eigen::Vector3d, BundleCorner::max_links + 1> points;
-  points[0] = corner.point_m;
-  for (std::size_t link = 0; link < corner.links; ++link) {
-    const Eigen::Isometry3d& pose = problem.poses[corner.chain[link].pose].value;
-    points[link + 1] = corner.chain[link].way == BundleLink::Way::forward
-                           ? Eigen::Vector3d(pose * points[link])
-                           : Eigen::Vector3d(pose.linear().transpose() * (points[link] - pose.translation()));
-  }
-  Eigen::Matrix<double, 2, 3> ahead = seen.by_point;
-  for (std::size_t link = corner.links; link-- > 0;) {
-    const BundleLink& step = corner.chain[link];
-    const Eigen::Matrix3d axes = problem.poses[step.pose].value.linear();
-    const Eigen::Index at = layout.pose[step.pose];
-    Eigen::Matrix<double, 2, 6> by_pose;
-    if (step.way == BundleLink::Way::forward) {
-      // moved(pose, d) turns about the pose's own origin: y = t + dt + exp(w) R x.
-      by_pose.leftCols<3>() = ahead;
-      by_pose.rightCols<3>() = -ahead * skew(points[link + 1] - problem.poses[step.pose].value.translation());
-      ahead = ahead * axes;
-    } else {
-      const Eigen::Matrix<double, 2, 3> turned = ahead * axes.transpose();
-      by_pose.leftCols<3>() = -turned;
-      by_pose.rightCols<3>() = turned * skew(points[link] - problem.poses[step.pose].value.translation());
-      ahead = turned;
+/// Seen minus expected in sigmas, by its lens and the poses on its way.
+class CornerCost final : public ceres::CostFunction {
+ public:
+  explicit CornerCost(const BundleCorner& corner) : corner_(corner) {
+    set_num_residuals(2);
+    mutable_parameter_block_sizes()->push_back(lens_unknowns);
+    for (std::size_t link = 0; link < corner.links; ++link) {
+      // A pose may be passed twice; Ceres wants each block once.
+      const auto known = std::find(poses_.begin(), poses_.end(), corner.chain[link].pose);
+      slots_[link] = static_cast<std::size_t>(known - poses_.begin());
+      if (known != poses_.end()) continue;
+      poses_.push_back(corner.chain[link].pose);
+      mutable_parameter_block_sizes()->push_back(pose_block_size);
     }
-    if (at >= 0) blocks.push_back({at, -by_pose});
   }
-}
+  const std::vector<std::uint32_t>& poses() const { return poses_; }
 
-/// Adds what was believed of a pose beforehand; gives its cost.
-double pull(const BundlePose& pose, const Eigen::Isometry3d& start, Eigen::Index at,
-            NormalEquations* equations) {
-  Eigen::Matrix<double, 6, 1> step;
-  step << start.translation() - pose.value.translation(),
-      vector_from_rotation(Eigen::Quaterniond(start.linear() * pose.value.linear().transpose()));
-  double cost = 0.0;
-  for (Eigen::Index i = 0; i < pose_unknowns; ++i) {
-    const double sigma = i < 3 ? pose.prior_sigma_m : pose.prior_sigma_rad;
-    if (!(sigma > 0)) continue;
-    const double information = 1.0 / (sigma * sigma);
-    cost += step[i] * step[i] * information;
-    if (equations != nullptr) equations->add_prior(at + i, step[i], information);
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    std::array<Eigen::Isometry3d, BundleCorner::max_links> poses;
+    for (std::size_t slot = 0; slot < poses_.size(); ++slot) poses[slot] = pose_of(parameters[slot + 1]);
+    std::array<Eigen::Vector3d, BundleCorner::max_links + 1> points;
+    points[0] = corner_.point_m;
+    for (std::size_t link = 0; link < corner_.links; ++link)
+      points[link + 1] = carried(corner_.chain[link].way, poses[slots_[link]], points[link]);
+    const auto seen = project_through(with_lens_vector({}, Eigen::Map<const LensVector>(parameters[0])),
+                                      points[corner_.links]);
+    if (!seen) return false;
+    const double weight = 1.0 / corner_.sigma_px;
+    Eigen::Map<Eigen::Vector2d>{residuals} = weight * (corner_.pixel - seen->pixel);
+    if (jacobians == nullptr) return true;
+    if (jacobians[0] != nullptr)
+      Eigen::Map<Eigen::Matrix<double, 2, lens_unknowns, Eigen::RowMajor>>{jacobians[0]} =
+          -weight * seen->by_lens;
+    using ByPose = Eigen::Matrix<double, 2, pose_block_size, Eigen::RowMajor>;
+    for (std::size_t slot = 0; slot < poses_.size(); ++slot)
+      if (jacobians[slot + 1] != nullptr) Eigen::Map<ByPose>{jacobians[slot + 1]}.setZero();
+    // From the camera back along the chain: `ahead` is d residual / d (point after this link).
+    Eigen::Matrix<double, 2, 3> ahead = -weight * seen->by_point;
+    for (std::size_t link = corner_.links; link-- > 0;) {
+      const Eigen::Isometry3d& pose = poses[slots_[link]];
+      Eigen::Matrix<double, 2, pose_motion_size> by_motion;
+      if (corner_.chain[link].way == BundleLink::Way::forward) {
+        // A small motion turns about the pose's own origin: y = t + dt + exp(w) R x.
+        by_motion << ahead, -ahead * skew(points[link + 1] - pose.translation());
+        ahead = ahead * pose.linear();
+      } else {
+        ahead = ahead * pose.linear().transpose();
+        by_motion << -ahead, ahead * skew(points[link] - pose.translation());
+      }
+      const std::size_t slot = slots_[link] + 1;
+      if (jacobians[slot] != nullptr)
+        Eigen::Map<ByPose>{jacobians[slot]} += by_motion * motion_by_block(parameters[slot]);
+    }
+    return true;
   }
-  return cost;
+
+ private:
+  BundleCorner corner_;
+  std::vector<std::uint32_t> poses_;  ///< Each once.
+  std::array<std::size_t, BundleCorner::max_links> slots_{};
+};
+
+/// The problem as Ceres sees it; the blocks hold what is being found.
+struct Bundle {
+  std::vector<LensVector> lenses;
+  std::vector<PoseBlock> poses;
+  ceres::Problem ceres;
+  int unknowns = 0;
+
+  Bundle(const BundleProblem& problem, const BundleOptions& options) {
+    for (const BundleLens& lens : problem.lenses) lenses.push_back(lens_vector(lens.value));
+    for (const BundlePose& pose : problem.poses) poses.push_back(block_of(pose.value));
+    for (std::size_t i = 0; i < lenses.size(); ++i) add_lens(problem.lenses[i], lenses[i].data());
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const BundlePose& pose = problem.poses[i];
+      double* block = poses[i].data();
+      ceres.AddParameterBlock(block, pose_block_size);
+      ceres.SetManifold(block, std::make_unique<PoseManifold>().release());
+      if (pose.hold == Hold::fixed) {
+        ceres.SetParameterBlockConstant(block);
+        continue;
+      }
+      unknowns += pose_motion_size;
+      if (pose.prior_sigma_m > 0 || pose.prior_sigma_rad > 0)
+        ceres.AddResidualBlock(
+            std::make_unique<PosePriorCost>(pose.value, pose.prior_sigma_m, pose.prior_sigma_rad).release(),
+            nullptr, block);
+    }
+    // One loss for all corners; the problem owns it and counts its users.
+    ceres::LossFunction* loss =
+        problem.corners.empty() ? nullptr : huber_loss(options.huber_sigmas).release();
+    for (const BundleCorner& corner : problem.corners) {
+      auto cost = std::make_unique<CornerCost>(corner);
+      std::vector<double*> blocks{lenses[corner.lens].data()};
+      for (const std::uint32_t pose : cost->poses()) blocks.push_back(poses[pose].data());
+      ceres.AddResidualBlock(cost.release(), loss, blocks);
+    }
+  }
+
+ private:
+  void add_lens(const BundleLens& lens, double* block) {
+    ceres.AddParameterBlock(block, lens_unknowns);
+    std::vector<int> fixed;
+    for (int i = 0; i < lens_unknowns; ++i)
+      if (lens.hold[static_cast<std::size_t>(i)] == Hold::fixed) fixed.push_back(i);
+    unknowns += lens_unknowns - static_cast<int>(fixed.size());
+    if (fixed.size() == lens_unknowns)
+      ceres.SetParameterBlockConstant(block);
+    else if (!fixed.empty())
+      ceres.SetManifold(block, std::make_unique<ceres::SubsetManifold>(lens_unknowns, fixed).release());
+  }
+};
+
+/// Fills the standard deviations, or leaves them empty when something is not determined.
+void tell_sigmas(const BundleProblem& problem, Bundle& bundle, double unit, BundleOutcome& outcome) {
+  std::vector<AskedBlock> asked;
+  for (std::size_t i = 0; i < problem.lenses.size(); ++i) {
+    const auto& hold = problem.lenses[i].hold;
+    const auto free = static_cast<int>(std::count(hold.begin(), hold.end(), Hold::free));
+    if (free > 0) asked.push_back({bundle.lenses[i].data(), free});
+  }
+  for (std::size_t i = 0; i < problem.poses.size(); ++i)
+    if (problem.poses[i].hold == Hold::free) asked.push_back({bundle.poses[i].data(), pose_motion_size});
+  const auto found = covariances(bundle.ceres, asked);
+  if (!found) return;
+  auto next = found->begin();
+  for (const BundleLens& lens : problem.lenses) {
+    LensVector& to = outcome.lens_sigmas.emplace_back(LensVector::Zero());
+    Eigen::Index at = 0;
+    for (std::size_t j = 0; j < lens_unknowns; ++j) {
+      if (lens.hold[j] == Hold::fixed) continue;
+      to[static_cast<Eigen::Index>(j)] = unit * std::sqrt((*next)(at, at));
+      ++at;
+    }
+    if (at > 0) ++next;
+  }
+  for (const BundlePose& pose : problem.poses) {
+    auto& to = outcome.pose_sigmas.emplace_back(Eigen::Matrix<double, 6, 1>::Zero());
+    if (pose.hold == Hold::free) to = unit * (next++)->diagonal().cwiseSqrt();
+  }
 }
 
 }  // namespace
@@ -194,58 +261,21 @@ double rms(const std::vector<Eigen::Vector2d>& residuals) {
 
 Result<BundleOutcome> adjust(BundleProblem& problem, const BundleOptions& options) {
   if (const Status good = check(problem); !good) return good.error();
-  const Layout layout(problem);
-  if (2 * problem.corners.size() < static_cast<std::size_t>(layout.unknowns))
+  Bundle bundle(problem, options);
+  if (2 * problem.corners.size() < static_cast<std::size_t>(bundle.unknowns))
     return make_error(ErrorCode::rank_deficient,
                       fmt::format("found {} corners for {} unknowns, expected more", problem.corners.size(),
-                                  layout.unknowns));
-  BundleProblem before;
-  std::vector<Eigen::Isometry3d> starts;
-  for (const BundlePose& pose : problem.poses) starts.push_back(pose.value);
-  std::vector<Block> blocks;
-  const auto evaluate = [&](NormalEquations* equations) -> std::optional<double> {
-    double cost = 0.0;
-    for (const BundleCorner& corner : problem.corners) {
-      const auto seen = project_through(problem.lenses[corner.lens].value, carried(problem, corner));
-      if (!seen) return std::nullopt;
-      const double information = 1.0 / (corner.sigma_px * corner.sigma_px);
-      const Eigen::Vector2d residual = corner.pixel - seen->pixel;
-      const HuberLoss loss = huber(residual.squaredNorm() * information, options.huber_sigmas);
-      cost += loss.loss;
-      if (equations == nullptr) continue;
-      derivatives(problem, layout, corner, *seen, blocks);
-      equations->add(blocks, residual, loss.weight * information);
-    }
-    for (std::size_t i = 0; i < problem.poses.size(); ++i)
-      if (layout.pose[i] >= 0) cost += pull(problem.poses[i], starts[i], layout.pose[i], equations);
-    return cost;
-  };
-  LeastSquaresProblem solver;
-  solver.unknowns = layout.unknowns;
-  solver.evaluate = evaluate;
-  solver.apply = [&](const Eigen::VectorXd& step) {
-    before.lenses = problem.lenses;
-    before.poses = problem.poses;
-    for (std::size_t i = 0; i < problem.lenses.size(); ++i) {
-      LensVector values = lens_vector(problem.lenses[i].value);
-      for (std::size_t j = 0; j < lens_unknowns; ++j)
-        if (layout.lens[i][j] >= 0) values[static_cast<Eigen::Index>(j)] += step[layout.lens[i][j]];
-      problem.lenses[i].value = with_lens_vector(problem.lenses[i].value, values);
-    }
-    for (std::size_t i = 0; i < problem.poses.size(); ++i)
-      if (layout.pose[i] >= 0)
-        problem.poses[i].value = moved(problem.poses[i].value, step.segment<pose_unknowns>(layout.pose[i]));
-  };
-  solver.undo = [&] {
-    problem.lenses = before.lenses;
-    problem.poses = before.poses;
-  };
+                                  bundle.unknowns));
   LeastSquaresOptions solver_options;
   solver_options.max_iterations = options.max_iterations;
-  const auto solved = minimise(solver, solver_options);
+  const auto solved = minimise(bundle.ceres, solver_options);
   if (!solved)
     return make_error(ErrorCode::failed_precondition,
                       "some corners are not in front of their cameras at the start");
+  for (std::size_t i = 0; i < problem.lenses.size(); ++i)
+    problem.lenses[i].value = with_lens_vector(problem.lenses[i].value, bundle.lenses[i]);
+  for (std::size_t i = 0; i < problem.poses.size(); ++i)
+    if (problem.poses[i].hold == Hold::free) problem.poses[i].value = pose_of(bundle.poses[i].data());
 
   BundleOutcome outcome;
   outcome.iterations = solved->iterations;
@@ -254,25 +284,10 @@ Result<BundleOutcome> adjust(BundleProblem& problem, const BundleOptions& option
     outcome.residuals.push_back(seen ? Eigen::Vector2d(corner.pixel - seen->pixel) : Eigen::Vector2d::Zero());
   }
   outcome.rms_px = rms(outcome.residuals);
-  NormalEquations equations(layout.unknowns);
-  const auto cost = evaluate(&equations);
-  const auto covariance = equations.covariance();
-  if (cost && covariance) {
-    const double freedom =
-        2.0 * static_cast<double>(problem.corners.size()) - static_cast<double>(layout.unknowns);
-    const double unit = std::sqrt(*cost / std::max(1.0, freedom));
-    const auto sigma = [&](Eigen::Index at) {
-      return at < 0 ? 0.0 : unit * std::sqrt((*covariance)(at, at));
-    };
-    for (const auto& lens : layout.lens) {
-      LensVector& to = outcome.lens_sigmas.emplace_back();
-      for (std::size_t j = 0; j < lens_unknowns; ++j) to[static_cast<Eigen::Index>(j)] = sigma(lens[j]);
-    }
-    for (const Eigen::Index pose : layout.pose) {
-      auto& to = outcome.pose_sigmas.emplace_back();
-      for (Eigen::Index j = 0; j < pose_unknowns; ++j) to[j] = pose < 0 ? 0.0 : sigma(pose + j);
-    }
-  }
+  // The residuals' own spread is the unit (sigma_0 of surveyors): what the corners were said to be good for
+  // is only their proportion.
+  const double freedom = 2.0 * static_cast<double>(problem.corners.size()) - bundle.unknowns;
+  tell_sigmas(problem, bundle, std::sqrt(solved->cost / std::max(1.0, freedom)), outcome);
   return outcome;
 }
 

@@ -1,78 +1,82 @@
 #pragma once
-// Levenberg-Marquardt on sparse blocks (Triggs, McLauchlan, Hartley, Fitzgibbon, "Bundle adjustment: a modern
-// synthesis", 1999; damping as Nielsen 1999). The normal equations are gathered block by block and solved as
-// one dense symmetric system: a calibration has a few hundred to a few thousand unknowns. Ceres' own
-// ceres::Problem would do, too, but Debian's library is linked with SuiteSparse's GPL parts, which this
-// project's licence keeps out (README: of Ceres only headers are used).
+// What the room's least squares share of Ceres (Agarwal, Mierle and others, ceres-solver.org; Triggs,
+// McLauchlan, Hartley, Fitzgibbon, "Bundle adjustment: a modern synthesis", 1999): how a pose is held and
+// moved, how a problem is solved, how sure its unknowns are. One thread: the same data give the same bits.
 
-#include <Eigen/Core>
-#include <cstddef>
-#include <functional>
+#include <ceres/ceres.h>
+
+#include <Eigen/Geometry>
+#include <array>
 #include <optional>
-#include <span>
+#include <vector>
 
 namespace handloft::tracking {
 
-/// J^T W J and J^T W r of a problem, gathered residual by residual in the order of the calls.
-class NormalEquations {
+/// A pose as Ceres holds it: translation (m) and unit quaternion (x, y, z, w).
+inline constexpr int pose_block_size = 7, pose_motion_size = 6;
+using PoseBlock = std::array<double, static_cast<std::size_t>(pose_block_size)>;
+PoseBlock block_of(const Eigen::Isometry3d& pose);
+/// Reads `pose_block_size` numbers; the quaternion need not be exactly of unit length.
+Eigen::Isometry3d pose_of(const double* block);
+
+/// Small motions of a pose (translation m, rotation vector rad about the pose's own origin): moved() of
+/// reprojection.h.
+class PoseManifold final : public ceres::Manifold {
  public:
-  explicit NormalEquations(Eigen::Index unknowns);
+  int AmbientSize() const override { return pose_block_size; }
+  int TangentSize() const override { return pose_motion_size; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+};
 
-  /// The derivatives of one residual (two rows: a pixel) for the unknowns from `first` on.
-  struct Block {
-    Eigen::Index first = 0;
-    Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 9> jacobian;
-  };
-  /// Adds weight * (r + J d)^2.
-  void add(std::span<const Block> blocks, const Eigen::Vector2d& residual, double weight);
-  /// Pulls one unknown towards a step of `step` with so many inverse variances.
-  void add_prior(Eigen::Index unknown, double step, double information);
+/// d (small motion) / d (the pose's seven numbers): turns a derivative by motion into the one Ceres asks for.
+Eigen::Matrix<double, pose_motion_size, pose_block_size> motion_by_block(const double* block);
 
-  Eigen::Index unknowns() const { return gradient_.size(); }
-  /// The step that minimises the damped quadratic; nullopt when the system is singular.
-  std::optional<Eigen::VectorXd> solve(double damping) const;
-  /// (J^T W J)^-1: the covariance of the unknowns when residuals are in sigmas; nullopt when some unknown is
-  /// not determined.
-  std::optional<Eigen::MatrixXd> covariance() const;
-  const Eigen::VectorXd& gradient() const { return gradient_; }
+/// What is believed of a pose beforehand: (start minus pose) in standard deviations. A sigma of 0: nothing.
+class PosePriorCost final : public ceres::SizedCostFunction<pose_motion_size, pose_block_size> {
+ public:
+  PosePriorCost(const Eigen::Isometry3d& start, double sigma_m, double sigma_rad);
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
-  Eigen::MatrixXd matrix_;  ///< Lower triangle.
-  Eigen::VectorXd gradient_;
+  Eigen::Isometry3d start_;
+  Eigen::Matrix<double, pose_motion_size, 1> weights_;
+};
+
+enum class LinearSolver : std::uint8_t {
+  dense_schur,      ///< Few blocks (cameras, lenses) that many (boards, tags) hang on.
+  sparse_cholesky,  ///< Long chains, as a way over time.
 };
 
 struct LeastSquaresOptions {
+  LinearSolver solver = LinearSolver::dense_schur;
   int max_iterations = 60;
-  double converged_share = 1e-10;  ///< Of the cost: a smaller gain is only rounding.
-  double first_damping = 1e-4;     ///< Of the diagonal.
+  double converged_share = 1e-12;  ///< Of the cost: a smaller gain is only rounding.
 };
 
 struct LeastSquaresOutcome {
-  double cost = 0.0;  ///< Sum of the losses, squared sigmas.
+  double cost = 0.0;  ///< Sum of the losses, squared sigmas (twice what Ceres calls cost).
   int iterations = 0;
-  bool converged = false;
 };
 
-/// What is minimised, seen from the solver. `evaluate` gives the cost of a trial and, when asked, gathers the
-/// equations; nullopt when the trial is impossible (a point behind its camera).
-struct LeastSquaresProblem {
-  Eigen::Index unknowns = 0;
-  /// Cost at the current state.
-  std::function<std::optional<double>(NormalEquations*)> evaluate;
-  /// Moves the state by a step and remembers the one before.
-  std::function<void(const Eigen::VectorXd&)> apply;
-  /// Goes back to the remembered state.
-  std::function<void()> undo;
+/// Minimises over the problem's blocks in place. nullopt when the start itself is impossible (a point behind
+/// its camera).
+std::optional<LeastSquaresOutcome> minimise(ceres::Problem& problem, const LeastSquaresOptions& options = {});
+
+/// One block of unknowns of which the covariance is asked.
+struct AskedBlock {
+  const double* values = nullptr;
+  int unknowns = 0;  ///< Of small motions: 6 for a pose.
 };
 
-/// nullopt when the start itself is impossible or no step can be solved for.
-std::optional<LeastSquaresOutcome> minimise(const LeastSquaresProblem& problem,
-                                            const LeastSquaresOptions& options = {});
+/// (J^T J)^-1 of each block, losses applied, by a rank-revealing sparse QR; zeros where something is held
+/// fixed. nullopt when the residuals don't determine all of the problem's unknowns.
+std::optional<std::vector<Eigen::MatrixXd>> covariances(ceres::Problem& problem,
+                                                        const std::vector<AskedBlock>& blocks);
 
-/// Huber's loss (1964) of a residual of squared length `squared`, and the weight of its squared form.
-struct HuberLoss {
-  double loss = 0.0, weight = 1.0;
-};
-HuberLoss huber(double squared, double threshold);
+/// Huber's loss of a residual's length in sigmas; nullptr (plain squares) when the limit is not finite.
+std::unique_ptr<ceres::LossFunction> huber_loss(double sigmas);
 
 }  // namespace handloft::tracking

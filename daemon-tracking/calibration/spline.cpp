@@ -66,15 +66,30 @@ std::pair<std::size_t, double> PoseSpline::place(double time_s) const {
 }
 
 SplinePoint PoseSpline::at(double time_s) const {
-  SplinePoint point;
   const auto [first, u] = place(time_s);
+  return blend(first, u,
+               {controls_[first], controls_[first + 1], controls_[first + 2], controls_[first + 3]});
+}
+
+std::optional<SplinePoint> PoseSpline::at(double time_s, std::size_t window,
+                                          std::span<const double* const> values) const {
+  const auto [first, u] = place(time_s);
+  if (first < window || first + 4 > window + values.size()) return std::nullopt;
+  std::array<Control, 4> controls;
+  for (std::size_t i = 0; i < controls.size(); ++i)
+    controls[i] = Eigen::Map<const Control>(values[first - window + i]);
+  return blend(first, u, controls);
+}
+
+SplinePoint PoseSpline::blend(std::size_t first, double u, const std::array<Control, 4>& controls) const {
+  SplinePoint point;
   point.first = first;
   point.weights = weights(u);
   const auto slope = slopes(u);
   Control value = Control::Zero(), rate = Control::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
-    value += point.weights[i] * controls_[first + i];
-    rate += slope[i] / knot_s_ * controls_[first + i];
+    value += point.weights[i] * controls[i];
+    rate += slope[i] / knot_s_ * controls[i];
   }
   const Eigen::Vector3d rotation = value.tail<3>();
   point.left_jacobian = left_jacobian_of(rotation);

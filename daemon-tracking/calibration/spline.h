@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,12 +36,20 @@ class PoseSpline {
   /// Times outside are as at the ends.
   SplinePoint at(double time_s) const;
 
+  /// The same with other values for the controls from `window` on: `values[i]` are the six numbers of control
+  /// `window + i`. nullopt when the time depends on a control outside.
+  std::optional<SplinePoint> at(double time_s, std::size_t window,
+                                std::span<const double* const> values) const;
+  /// The first of the four controls that the time depends on.
+  std::size_t first_at(double time_s) const { return place(time_s).first; }
+
   std::vector<Control>& controls() { return controls_; }
   const std::vector<Control>& controls() const { return controls_; }
   double knot_s() const { return knot_s_; }
 
  private:
   std::pair<std::size_t, double> place(double time_s) const;
+  SplinePoint blend(std::size_t first, double u, const std::array<Control, 4>& controls) const;
   double begin_s_, knot_s_;
   Eigen::Matrix3d reference_;
   std::vector<Control> controls_;

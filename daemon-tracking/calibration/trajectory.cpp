@@ -4,19 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <memory>
 #include <optional>
 
 #include "daemon-tracking/calibration/bundle.h"
 #include "daemon-tracking/calibration/least_squares.h"
 #include "daemon-tracking/calibration/spline.h"
 #include "daemon-tracking/vision/body_pose.h"
-#include "daemon-tracking/vision/reprojection.h"
 
 namespace handloft::tracking {
 namespace {
 
-using Block = NormalEquations::Block;
 using Eigen::Index;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -26,6 +24,8 @@ using Matrix23 = Eigen::Matrix<double, 2, 3>;
 constexpr double usual_acceleration_m = 50.0, usual_acceleration_rad = 300.0;
 constexpr double largest_start_rms_px = 8.0;
 constexpr double mean_of_two = 0.5;
+/// The standard deviation of what the frames say nothing of.
+constexpr double undetermined = 1e9;
 
 Error refused(std::string words) {
   return make_error(ErrorCode::failed_precondition, std::move(words), "trajectory");
@@ -47,209 +47,267 @@ struct State {
   std::vector<Isometry3d> heads;  ///< head_from_camera, per camera
 };
 
-/// Where unknowns begin; -1: kept.
+/// What is found; the rest is kept.
 struct Layout {
-  Index controls = 0;
-  std::vector<Index> offset, row, tag, head;
-  Index unknowns = 0;
+  std::vector<bool> offset, row, tag, head;
 };
 
-class Problem {
+Layout lay_out(const TrajectoryInput& input, const TrajectoryOptions& options,
+               const std::vector<Corner>& corners) {
+  Layout layout;
+  std::vector<bool> seen(input.cameras.size(), false);
+  std::vector<int> tag_seen(input.body_tags.size(), 0);
+  for (const Corner& corner : corners) {
+    seen[corner.camera] = true;
+    if (corner.tag >= 0) ++tag_seen[static_cast<std::size_t>(corner.tag)];
+  }
+  // The tag that is seen most carries the body's frame: all together could be anywhere on it.
+  const auto anchor = std::max_element(tag_seen.begin(), tag_seen.end()) - tag_seen.begin();
+  bool reference = false;  // The first camera's clock is the clock.
+  for (std::size_t i = 0; i < input.cameras.size(); ++i) {
+    layout.offset.push_back(seen[i] && reference && options.time_offsets == Estimate::find);
+    reference = reference || seen[i];
+    layout.row.push_back(seen[i] && options.row_times == Estimate::find);
+    layout.head.push_back(seen[i] && input.cameras[i].role == CameraRole::head &&
+                          options.head_camera == Estimate::find);
+  }
+  for (std::size_t i = 0; i < tag_seen.size(); ++i)
+    layout.tag.push_back(tag_seen[i] > 0 && static_cast<std::ptrdiff_t>(i) != anchor &&
+                         options.body_tags == Estimate::find);
+  return layout;
+}
+
+/// Rows below the picture's middle: where a rolling shutter's stamp holds.
+double row_of(const CameraCalibration& camera, const Corner& corner) {
+  return corner.pixel.y() - mean_of_two * (camera.intrinsics.height_px - 1);
+}
+
+/// A corner of one frame: (seen - expected) in sigmas. Blocks: its tag's or head camera's pose, the camera's
+/// offset, its row time, then the controls that the frame's time may come to depend on.
+class MovingCornerCost final : public ceres::CostFunction {
  public:
-  Problem(const TrajectoryInput& input, const TrajectoryOptions& options, std::vector<Corner> corners,
-          State state)
-      : input_(input),
-        options_(options),
-        corners_(std::move(corners)),
-        state_(std::move(state)),
-        before_(state_),
-        starts_(state_.tags) {
-    lay_out();
+  MovingCornerCost(const CameraCalibration& camera, const Corner& corner, const PoseSpline& spline,
+                   std::size_t window, std::size_t controls, double sigma_px, double largest_offset_s)
+      : intrinsics_(camera.intrinsics),
+        camera_from_world_(camera.world_from_camera.inverse()),
+        corner_(corner),
+        spline_(spline),
+        window_(window),
+        row_(row_of(camera, corner)),
+        weight_(1.0 / sigma_px),
+        largest_offset_s_(largest_offset_s) {
+    set_num_residuals(2);
+    *mutable_parameter_block_sizes() = {pose_block_size, 1, 1};
+    mutable_parameter_block_sizes()->insert(mutable_parameter_block_sizes()->end(), controls, control_size);
   }
 
-  struct Seen {
-    Eigen::Vector2d residual;
-    LensProjection lens;
-    SplinePoint body;
-    Vector3d in_body, in_world;
-  };
-  std::optional<Seen> see(const Corner& corner) const {
-    const CameraCalibration& camera = input_.cameras[corner.camera];
-    const double row = corner.pixel.y() - mean_of_two * (camera.intrinsics.height_px - 1);
-    Seen seen;
-    seen.body =
-        state_.spline.at(corner.time_s + state_.offset_s[corner.camera] + row * state_.row_s[corner.camera]);
-    Vector3d in_camera;
-    if (corner.tag >= 0) {
-      seen.in_body = state_.tags[static_cast<std::size_t>(corner.tag)] * corner.point_m;
-      seen.in_world = seen.body.pose * seen.in_body;
-      in_camera = camera.world_from_camera.inverse() * seen.in_world;
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const double offset_s = *parameters[1];
+    if (std::abs(offset_s) > largest_offset_s_) return false;
+    const std::size_t controls = parameter_block_sizes().size() - first_control;
+    const auto body = spline_.at(corner_.time_s + offset_s + row_ * *parameters[2], window_,
+                                 std::span(parameters + first_control, controls));
+    if (!body) return false;
+    const Isometry3d pose = pose_of(parameters[0]);
+    Vector3d in_body, in_world, in_camera;
+    if (corner_.tag >= 0) {
+      in_body = pose * corner_.point_m;
+      in_world = body->pose * in_body;
+      in_camera = camera_from_world_ * in_world;
     } else {
-      seen.in_world = corner.point_m;
-      seen.in_body = seen.body.pose.inverse() * seen.in_world;
-      in_camera = state_.heads[corner.camera].inverse() * seen.in_body;
+      in_world = corner_.point_m;
+      in_body = body->pose.inverse() * in_world;
+      in_camera = pose.inverse() * in_body;
     }
-    const auto lens = project_through(camera.intrinsics, in_camera);
-    if (!lens) return std::nullopt;
-    seen.lens = *lens;
-    seen.residual = corner.pixel - lens->pixel;
-    return seen;
+    const auto lens = project_through(intrinsics_, in_camera);
+    if (!lens) return false;
+    Eigen::Map<Eigen::Vector2d>{residuals} = weight_ * (corner_.pixel - lens->pixel);
+    if (jacobians == nullptr) return true;
+
+    const Matrix23 by_point = -weight_ * lens->by_point;
+    Matrix23 by_shift;  // d residual / d (body's translation)
+    Eigen::Matrix<double, 2, pose_motion_size> by_pose;
+    if (corner_.tag >= 0) {
+      by_shift = by_point * camera_from_world_.linear();
+      const Matrix23 by_body = by_shift * body->pose.linear();
+      by_pose << by_body, -by_body * skew(in_body - pose.translation());
+    } else {
+      const Matrix23 by_body = by_point * pose.linear().transpose();
+      by_shift = -by_body * body->pose.linear().transpose();
+      by_pose << -by_body, by_body * skew(in_body - pose.translation());
+    }
+    // By the body's small left rotation.
+    const Matrix23 by_turn = -by_shift * skew(in_world - body->pose.translation());
+    const Eigen::Vector2d by_time = by_shift * body->velocity_m_s + by_turn * body->angular_rad_s;
+    if (jacobians[0] != nullptr)
+      Eigen::Map<Eigen::Matrix<double, 2, pose_block_size, Eigen::RowMajor>>{jacobians[0]} =
+          by_pose * motion_by_block(parameters[0]);
+    if (jacobians[1] != nullptr) Eigen::Map<Eigen::Vector2d>{jacobians[1]} = by_time;
+    if (jacobians[2] != nullptr) Eigen::Map<Eigen::Vector2d>{jacobians[2]} = row_ * by_time;
+    Eigen::Matrix<double, 2, control_size> by_value;
+    by_value << by_shift, by_turn * body->left_jacobian;
+    for (std::size_t i = 0; i < controls; ++i) {
+      if (jacobians[first_control + i] == nullptr) continue;
+      const std::size_t from_first = window_ + i - body->first;  // Huge for those before it.
+      const double weight = from_first < body->weights.size() ? body->weights[from_first] : 0.0;
+      Eigen::Map<Eigen::Matrix<double, 2, control_size, Eigen::RowMajor>>{jacobians[first_control + i]} =
+          weight * by_value;
+    }
+    return true;
   }
 
-  std::optional<double> evaluate(NormalEquations* equations) const {
-    const double information = 1.0 / (options_.corner_sigma_px * options_.corner_sigma_px);
-    double cost = 0;
-    std::vector<Block> blocks;
-    for (const Corner& corner : corners_) {
-      const auto seen = see(corner);
-      if (!seen) return std::nullopt;
-      const HuberLoss loss = huber(seen->residual.squaredNorm() * information, options_.huber_sigmas);
-      cost += loss.loss;
-      if (equations == nullptr) continue;
-      derive(corner, *seen, blocks);
-      equations->add(blocks, seen->residual, loss.weight * information);
-    }
-    return cost + smooth(equations) + hold_tags(equations);
-  }
-
-  void apply(const Eigen::VectorXd& step) {
-    before_ = state_;
-    for (std::size_t i = 0; i < state_.spline.controls().size(); ++i)
-      state_.spline.controls()[i] += step.segment<6>(6 * static_cast<Index>(i));
-    for (std::size_t i = 0; i < input_.cameras.size(); ++i) {
-      if (layout_.offset[i] >= 0)
-        state_.offset_s[i] = std::clamp(state_.offset_s[i] + step[layout_.offset[i]],
-                                        -options_.largest_offset_s, options_.largest_offset_s);
-      if (layout_.row[i] >= 0) state_.row_s[i] += step[layout_.row[i]];
-      if (layout_.head[i] >= 0) state_.heads[i] = moved(state_.heads[i], step.segment<6>(layout_.head[i]));
-    }
-    for (std::size_t i = 0; i < state_.tags.size(); ++i)
-      if (layout_.tag[i] >= 0) state_.tags[i] = moved(state_.tags[i], step.segment<6>(layout_.tag[i]));
-  }
-  void undo() { state_ = before_; }
-
-  const State& state() const { return state_; }
-  const Layout& layout() const { return layout_; }
-  const std::vector<Corner>& corners() const { return corners_; }
+  static constexpr int control_size = 6;
 
  private:
-  void lay_out() {
-    Index& next = layout_.unknowns;
-    next = 6 * static_cast<Index>(state_.spline.controls().size());
-    std::vector<bool> seen(input_.cameras.size(), false);
-    std::vector<int> tag_seen(state_.tags.size(), 0);
-    for (const Corner& corner : corners_) {
-      seen[corner.camera] = true;
-      if (corner.tag >= 0) ++tag_seen[static_cast<std::size_t>(corner.tag)];
-    }
-    // The tag that is seen most carries the body's frame: all together could be anywhere on it.
-    const auto anchor = std::max_element(tag_seen.begin(), tag_seen.end()) - tag_seen.begin();
-    bool reference = false;  // The first camera's clock is the clock.
-    for (std::size_t i = 0; i < input_.cameras.size(); ++i) {
-      const bool offset = seen[i] && reference && options_.time_offsets == Estimate::find;
-      reference = reference || seen[i];
-      layout_.offset.push_back(offset ? next++ : -1);
-      layout_.row.push_back(seen[i] && options_.row_times == Estimate::find ? next++ : -1);
-      const bool head =
-          seen[i] && input_.cameras[i].role == CameraRole::head && options_.head_camera == Estimate::find;
-      layout_.head.push_back(head ? next : -1);
-      if (head) next += 6;
-    }
-    for (std::size_t i = 0; i < state_.tags.size(); ++i) {
-      const bool find =
-          tag_seen[i] > 0 && static_cast<std::ptrdiff_t>(i) != anchor && options_.body_tags == Estimate::find;
-      layout_.tag.push_back(find ? next : -1);
-      if (find) next += 6;
-    }
-  }
-
-  void derive(const Corner& corner, const Seen& seen, std::vector<Block>& blocks) const {
-    blocks.clear();
-    const CameraCalibration& camera = input_.cameras[corner.camera];
-    const SplinePoint& body = seen.body;
-    Matrix23 by_shift, by_turn;  // d pixel / d (body's translation), / d (its small left rotation)
-    if (corner.tag >= 0) {
-      by_shift = seen.lens.by_point * camera.world_from_camera.linear().transpose();
-      by_turn = -by_shift * skew(seen.in_world - body.pose.translation());
-      const Index tag = layout_.tag[static_cast<std::size_t>(corner.tag)];
-      if (tag >= 0) {
-        const Matrix23 by_body = by_shift * body.pose.linear();
-        Eigen::Matrix<double, 2, 6> by_tag;
-        by_tag << by_body,
-            -by_body * skew(seen.in_body - state_.tags[static_cast<std::size_t>(corner.tag)].translation());
-        blocks.push_back({tag, -by_tag});
-      }
-    } else {
-      const Isometry3d& head = state_.heads[corner.camera];
-      const Matrix23 by_body = seen.lens.by_point * head.linear().transpose();
-      by_shift = -by_body * body.pose.linear().transpose();
-      by_turn = -by_shift * skew(seen.in_world - body.pose.translation());
-      if (layout_.head[corner.camera] >= 0) {
-        Eigen::Matrix<double, 2, 6> by_head;
-        by_head << -by_body, by_body * skew(seen.in_body - head.translation());
-        blocks.push_back({layout_.head[corner.camera], -by_head});
-      }
-    }
-    const Matrix23 by_vector = by_turn * body.left_jacobian;
-    for (std::size_t i = 0; i < 4; ++i) {
-      Eigen::Matrix<double, 2, 6> by_control;
-      by_control << body.weights[i] * by_shift, body.weights[i] * by_vector;
-      blocks.push_back({6 * static_cast<Index>(body.first + i), -by_control});
-    }
-    const Eigen::Vector2d by_time = by_shift * body.velocity_m_s + by_turn * body.angular_rad_s;
-    if (layout_.offset[corner.camera] >= 0) blocks.push_back({layout_.offset[corner.camera], -by_time});
-    if (layout_.row[corner.camera] >= 0) {
-      const double row = corner.pixel.y() - mean_of_two * (camera.intrinsics.height_px - 1);
-      blocks.push_back({layout_.row[corner.camera], -by_time * row});
-    }
-  }
-
-  double smooth(NormalEquations* equations) const {
-    const auto& controls = state_.spline.controls();
-    const double h2 = state_.spline.knot_s() * state_.spline.knot_s();
-    double cost = 0;
-    for (std::size_t i = 0; i + 2 < controls.size(); ++i) {
-      const PoseSpline::Control bend = controls[i] - 2 * controls[i + 1] + controls[i + 2];
-      for (Index pair = 0; pair < 3; ++pair) {
-        const double usual = (pair == 0 ? usual_acceleration_m : usual_acceleration_rad) * h2;
-        // Coordinates 0, 1 and 2, 3 and 4, 5; the middle pair is half translation: the looser bound does.
-        const double information = 1.0 / (usual * usual);
-        const Eigen::Vector2d residual = -bend.segment<2>(2 * pair);
-        cost += residual.squaredNorm() * information;
-        if (equations == nullptr) continue;
-        std::array<Block, 3> blocks;
-        for (std::size_t j = 0; j < 3; ++j)
-          blocks[j] = {6 * static_cast<Index>(i + j) + 2 * pair,
-                       (j == 1 ? 2.0 : -1.0) * Eigen::Matrix2d::Identity()};
-        equations->add(blocks, residual, information);
-      }
-    }
-    return cost;
-  }
-
-  double hold_tags(NormalEquations* equations) const {
-    double cost = 0;
-    for (std::size_t i = 0; i < state_.tags.size(); ++i) {
-      if (layout_.tag[i] < 0) continue;
-      Eigen::Matrix<double, 6, 1> step;
-      step << starts_[i].translation() - state_.tags[i].translation(),
-          vector_from_rotation(Eigen::Quaterniond(starts_[i].linear() * state_.tags[i].linear().transpose()));
-      for (Index j = 0; j < 6; ++j) {
-        const double sigma = j < 3 ? options_.body_sigma_m : options_.body_sigma_rad;
-        cost += step[j] * step[j] / (sigma * sigma);
-        if (equations != nullptr) equations->add_prior(layout_.tag[i] + j, step[j], 1.0 / (sigma * sigma));
-      }
-    }
-    return cost;
-  }
-
-  const TrajectoryInput& input_;
-  const TrajectoryOptions& options_;
-  std::vector<Corner> corners_;
-  State state_, before_;
-  std::vector<Isometry3d> starts_;
-  Layout layout_;
+  static constexpr std::size_t first_control = 3;
+  CameraIntrinsics intrinsics_;
+  Isometry3d camera_from_world_;
+  Corner corner_;
+  const PoseSpline& spline_;
+  std::size_t window_;
+  double row_, weight_, largest_offset_s_;
 };
+
+/// Three controls in a row: the acceleration between them, in usual ones.
+class BendCost final : public ceres::SizedCostFunction<6, 6, 6, 6> {
+ public:
+  explicit BendCost(double knot_s) {
+    const double h2 = knot_s * knot_s;
+    weights_.head<3>().setConstant(1.0 / (usual_acceleration_m * h2));
+    weights_.tail<3>().setConstant(1.0 / (usual_acceleration_rad * h2));
+  }
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    using Control = PoseSpline::Control;
+    Eigen::Map<Control> bend(residuals);
+    bend.setZero();
+    for (std::size_t i = 0; i < factors.size(); ++i)
+      bend += factors[i] * weights_.cwiseProduct(Eigen::Map<const Control>(parameters[i]));
+    for (std::size_t i = 0; jacobians != nullptr && i < factors.size(); ++i)
+      if (jacobians[i] != nullptr)
+        Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>{jacobians[i]} =
+            Eigen::Matrix<double, 6, 6>((factors[i] * weights_).asDiagonal());
+    return true;
+  }
+
+ private:
+  static constexpr std::array<double, 3> factors{1.0, -2.0, 1.0};
+  PoseSpline::Control weights_;
+};
+
+/// The state as Ceres sees it.
+class Problem {
+ public:
+  Problem(const TrajectoryInput& input, const TrajectoryOptions& options, const std::vector<Corner>& corners,
+          const Layout& layout, State& state)
+      : state_(state), offset_at_start_(state.offset_s) {
+    for (const Isometry3d& tag : state.tags) tags_.push_back(block_of(tag));
+    for (const Isometry3d& head : state.heads) heads_.push_back(block_of(head));
+    std::vector<PoseSpline::Control>& controls = state.spline.controls();
+    for (auto& control : controls) ceres_.AddParameterBlock(control.data(), MovingCornerCost::control_size);
+    free_ = MovingCornerCost::control_size * controls.size();
+    // One knot to either side, where a clock or a row time is yet to be found.
+    constexpr std::size_t order = 4;
+    ceres::LossFunction* loss = corners.empty() ? nullptr : huber_loss(options.huber_sigmas).release();
+    for (const Corner& corner : corners) {
+      const std::uint32_t camera = corner.camera;
+      const CameraCalibration& calibration = input.cameras[camera];
+      const std::size_t first = state.spline.first_at(corner.time_s + state.offset_s[camera] +
+                                                      row_of(calibration, corner) * state.row_s[camera]);
+      const std::size_t spare = layout.offset[camera] || layout.row[camera] ? 1 : 0;
+      const std::size_t begin = first - std::min(first, spare);
+      const std::size_t end = std::min(controls.size(), first + order + spare);
+      double* pose =
+          corner.tag >= 0 ? tags_[static_cast<std::size_t>(corner.tag)].data() : heads_[camera].data();
+      std::vector<double*> blocks{pose, &state.offset_s[camera], &state.row_s[camera]};
+      for (std::size_t i = begin; i < end; ++i) blocks.push_back(controls[i].data());
+      ceres_.AddResidualBlock(
+          std::make_unique<MovingCornerCost>(calibration, corner, state.spline, begin, end - begin,
+                                             options.corner_sigma_px, options.largest_offset_s)
+              .release(),
+          loss, blocks);
+    }
+    for (std::size_t i = 0; i + 2 < controls.size(); ++i)
+      ceres_.AddResidualBlock(std::make_unique<BendCost>(state.spline.knot_s()).release(), nullptr,
+                              controls[i].data(), controls[i + 1].data(), controls[i + 2].data());
+    for (std::size_t i = 0; i < tags_.size(); ++i) {
+      hold(tags_[i].data(), layout.tag[i]);
+      if (layout.tag[i])
+        ceres_.AddResidualBlock(std::make_unique<PosePriorCost>(input.body_tags[i].body_from_tag,
+                                                                options.body_sigma_m, options.body_sigma_rad)
+                                    .release(),
+                                nullptr, tags_[i].data());
+    }
+    for (std::size_t i = 0; i < heads_.size(); ++i) {
+      hold(heads_[i].data(), layout.head[i]);
+      hold_number(&state.offset_s[i], layout.offset[i]);
+      hold_number(&state.row_s[i], layout.row[i]);
+    }
+  }
+
+  std::optional<LeastSquaresOutcome> solve(const LeastSquaresOptions& options) {
+    auto outcome = minimise(ceres_, options);
+    for (std::size_t i = 0; i < tags_.size(); ++i) state_.tags[i] = pose_of(tags_[i].data());
+    for (std::size_t i = 0; i < heads_.size(); ++i) state_.heads[i] = pose_of(heads_[i].data());
+    return outcome;
+  }
+
+  /// How far the farthest clock went since this problem was laid out.
+  double moved_s() const {
+    double most = 0;
+    for (std::size_t i = 0; i < offset_at_start_.size(); ++i)
+      most = std::max(most, std::abs(state_.offset_s[i] - offset_at_start_[i]));
+    return most;
+  }
+
+  std::size_t unknowns() const { return free_; }
+  const double* tag(std::size_t i) const { return tags_[i].data(); }
+  ceres::Problem& ceres() { return ceres_; }
+
+ private:
+  void hold(double* pose, bool find) {
+    if (!ceres_.HasParameterBlock(pose)) return;
+    ceres_.SetManifold(pose, std::make_unique<PoseManifold>().release());
+    if (find)
+      free_ += pose_motion_size;
+    else
+      ceres_.SetParameterBlockConstant(pose);
+  }
+  void hold_number(double* number, bool find) {
+    if (!ceres_.HasParameterBlock(number)) return;
+    if (find)
+      ++free_;
+    else
+      ceres_.SetParameterBlockConstant(number);
+  }
+
+  State& state_;
+  std::vector<double> offset_at_start_;
+  std::vector<PoseBlock> tags_, heads_;
+  ceres::Problem ceres_;
+  std::size_t free_ = 0;
+};
+
+struct Seen {
+  Eigen::Vector2d residual;
+  double speed_px_s;
+};
+
+/// A corner in the solution.
+std::optional<Seen> see(const TrajectoryInput& input, const State& state, const Corner& corner) {
+  const CameraCalibration& camera = input.cameras[corner.camera];
+  const SplinePoint body = state.spline.at(corner.time_s + state.offset_s[corner.camera] +
+                                           row_of(camera, corner) * state.row_s[corner.camera]);
+  const Vector3d in_world =
+      corner.tag >= 0 ? body.pose * (state.tags[static_cast<std::size_t>(corner.tag)] * corner.point_m)
+                      : corner.point_m;
+  const Vector3d in_camera = corner.tag >= 0
+                                 ? camera.world_from_camera.inverse() * in_world
+                                 : state.heads[corner.camera].inverse() * (body.pose.inverse() * in_world);
+  const auto lens = project_through(camera.intrinsics, in_camera);
+  if (!lens) return std::nullopt;
+  const Vector3d motion = body.velocity_m_s + body.angular_rad_s.cross(in_world - body.pose.translation());
+  return Seen{corner.pixel - lens->pixel, lens->by_point.norm() / std::sqrt(2.0) * motion.norm()};
+}
 
 const TagPlacement* placement_of(const std::vector<TagPlacement>& tags, int id) {
   const auto found =
@@ -364,53 +422,62 @@ Result<TrajectoryCalibration> calibrate_on_the_move(const TrajectoryInput& input
     }
   }
 
-  Problem problem(input, options, std::move(corners), std::move(state));
-  LeastSquaresProblem solver;
-  solver.unknowns = problem.layout().unknowns;
-  solver.evaluate = [&](NormalEquations* equations) { return problem.evaluate(equations); };
-  solver.apply = [&](const Eigen::VectorXd& step) { problem.apply(step); };
-  solver.undo = [&] { problem.undo(); };
+  const Layout layout = lay_out(input, options, corners);
   LeastSquaresOptions solver_options;
+  solver_options.solver = LinearSolver::sparse_cholesky;
   solver_options.max_iterations = 25;
   solver_options.converged_share = 1e-6;
-  const auto solved = minimise(solver, solver_options);
-  if (!solved)
-    return refused(
-        "the frames contradict each other from the start: are the cameras where the calibration says?");
+  std::unique_ptr<Problem> problem;
+  // A clock that goes farther than a knot comes to other controls: laid out anew from there.
+  constexpr int most_layouts = 8;
+  for (int round = 0; round < most_layouts; ++round) {
+    problem = std::make_unique<Problem>(input, options, corners, layout, state);
+    if (!problem->solve(solver_options))
+      return refused(
+          "the frames contradict each other from the start: are the cameras where the calibration says?");
+    if (problem->moved_s() < mean_of_two * options.knot_s) break;
+  }
 
   TrajectoryCalibration made;
   made.cameras.resize(input.cameras.size());
   std::vector<double> sums(input.cameras.size(), 0.0);
   double sum = 0, speed = 0;
-  for (const Corner& corner : problem.corners()) {
-    const auto seen = problem.see(corner);
+  for (const Corner& corner : corners) {
+    const auto seen = see(input, state, corner);
     if (!seen) continue;
     sums[corner.camera] += seen->residual.squaredNorm();
     sum += seen->residual.squaredNorm();
     ++made.cameras[corner.camera].corners;
-    const Vector3d motion = seen->body.velocity_m_s +
-                            seen->body.angular_rad_s.cross(seen->in_world - seen->body.pose.translation());
-    speed += (seen->lens.by_point.norm() / std::sqrt(2.0)) * motion.norm();
+    speed += seen->speed_px_s;
   }
-  const auto count = static_cast<double>(std::max<std::size_t>(1, problem.corners().size()));
+  const auto count = static_cast<double>(std::max<std::size_t>(1, corners.size()));
   made.rms_px = std::sqrt(sum / count);
   made.speed_px_s = speed / count;
 
-  NormalEquations equations(problem.layout().unknowns);
-  std::optional<Eigen::MatrixXd> covariance;
-  if (problem.evaluate(&equations)) covariance = equations.covariance();
-  // Corners of a tag err together (blur, light): the stated sigma is that of the residuals, not less.
-  const double unit = std::max(1.0, made.rms_px / (std::sqrt(2.0) * options.corner_sigma_px));
-  const auto sigma = [&](Index at) {
-    return at < 0 ? 0.0 : covariance ? unit * std::sqrt((*covariance)(at, at)) : 1e9;
+  std::vector<AskedBlock> asked;
+  for (std::size_t i = 0; i < input.body_tags.size(); ++i)
+    if (layout.tag[i]) asked.push_back({problem->tag(i), pose_motion_size});
+  for (std::size_t i = 0; i < input.cameras.size(); ++i) {
+    if (layout.offset[i]) asked.push_back({&state.offset_s[i], 1});
+    if (layout.row[i]) asked.push_back({&state.row_s[i], 1});
+  }
+  const auto found = covariances(problem->ceres(), asked);
+  // Corners of a tag err together (blur, light): the stated sigma is that of the residuals (sigma_0), not
+  // less than what a corner is good for.
+  const double freedom = std::max(1.0, 2.0 * count - static_cast<double>(problem->unknowns()));
+  const double unit = std::max(1.0, std::sqrt(sum / freedom) / options.corner_sigma_px);
+  std::size_t next = 0;
+  const auto sigma = [&](bool is_asked, Index coordinates) {
+    if (!is_asked) return 0.0;
+    const std::size_t at = next++;
+    return found ? unit * std::sqrt((*found)[at].diagonal().head(coordinates).sum()) : undetermined;
   };
 
-  const State& found = problem.state();
   std::vector<Vector3d> measured, nominal;
   for (std::size_t i = 0; i < input.body_tags.size(); ++i) {
     TagPlacement tag = input.body_tags[i];
     for (const Vector3d& point : tag_corners(tag)) nominal.push_back(point);
-    tag.body_from_tag = found.tags[i];
+    tag.body_from_tag = state.tags[i];
     for (const Vector3d& point : tag_corners(tag)) measured.push_back(point);
   }
   const Isometry3d shift =
@@ -418,22 +485,19 @@ Result<TrajectoryCalibration> calibrate_on_the_move(const TrajectoryInput& input
   made.body_tags = input.body_tags;
   double worst_tag_sigma = 0;
   for (std::size_t i = 0; i < made.body_tags.size(); ++i) {
-    made.body_tags[i].body_from_tag = shift * found.tags[i];
-    const Index at = problem.layout().tag[i];
-    made.tag_sigma_m.push_back(at < 0 ? 0.0
-                                      : std::sqrt(sigma(at) * sigma(at) + sigma(at + 1) * sigma(at + 1) +
-                                                  sigma(at + 2) * sigma(at + 2)));
+    made.body_tags[i].body_from_tag = shift * state.tags[i];
+    made.tag_sigma_m.push_back(sigma(layout.tag[i], 3));
     worst_tag_sigma = std::max(worst_tag_sigma, made.tag_sigma_m.back());
   }
   for (std::size_t i = 0; i < input.cameras.size(); ++i) {
     CameraTiming& timing = made.cameras[i];
     made.head_from_camera.push_back(input.cameras[i].role == CameraRole::head
-                                        ? shift * found.heads[i]
+                                        ? shift * state.heads[i]
                                         : input.cameras[i].head_from_camera);
-    timing.offset_s = found.offset_s[i];
-    timing.offset_sigma_s = sigma(problem.layout().offset[i]);
-    timing.row_s = found.row_s[i];
-    timing.row_sigma_s = sigma(problem.layout().row[i]);
+    timing.offset_s = state.offset_s[i];
+    timing.offset_sigma_s = sigma(layout.offset[i], 1);
+    timing.row_s = state.row_s[i];
+    timing.row_sigma_s = sigma(layout.row[i], 1);
     timing.rms_px = timing.corners > 0 ? std::sqrt(sums[i] / static_cast<double>(timing.corners)) : 0.0;
     StepResult& result = timing.result;
     result.residual = 1e3 * timing.offset_sigma_s;
@@ -448,10 +512,11 @@ Result<TrajectoryCalibration> calibrate_on_the_move(const TrajectoryInput& input
                          : "it did not see the head move.";
   }
   made.result.residual = made.rms_px;
-  const bool good = made.rms_px <= options.good_rms_px, usable = made.rms_px <= options.usable_rms_px;
+  const bool good = made.rms_px <= options.good_rms_px && worst_tag_sigma <= options.good_tag_sigma_m;
+  const bool usable = made.rms_px <= options.usable_rms_px && worst_tag_sigma <= options.usable_tag_sigma_m;
   made.result.verdict = good ? Verdict::good : usable ? Verdict::usable : Verdict::bad;
   made.result.words = fmt::format("{:.2f} px over {} corners in {:.1f} s; corners moved at {:.0f} px/s.{}",
-                                  made.rms_px, problem.corners().size(), end_s - begin_s, made.speed_px_s,
+                                  made.rms_px, corners.size(), end_s - begin_s, made.speed_px_s,
                                   good ? "" : " Is the rig stiff, and are the tags flat?");
   return made;
 }
