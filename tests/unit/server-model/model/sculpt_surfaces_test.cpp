@@ -117,7 +117,9 @@ TEST_F(Sculpting, PointsOfClosedSurfacesAreKeptOnTheFirstTurnHoweverFarTheyAreAs
     apply(fmt::format(R"({{"add_icon": {{"entity": "tube", "parameters": [{{"x": {}, "y": 0.5}}]}}}})", u));
     const double kept = tube()->icons->back().parameters[0].x();
     EXPECT_TRUE(kept >= 0 && kept < around) << kept;
-    if (u < 1e300) EXPECT_NEAR(kept, 0.75 * around, 1e-12 * around);
+    if (u < 1e300) {
+      EXPECT_NEAR(kept, 0.75 * around, 1e-12 * around);
+    }
   }
   apply(R"({"transform": {"entities": ["tube"], "scale": 1000}})");
   apply(R"({"drag_icon": {"entity": "tube", "icon": "icon-4", "translation": {}}})");
