@@ -4,6 +4,8 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace handloft::geometry {
 
@@ -17,12 +19,13 @@ constexpr double least_coefficient = 1e-6;
 /// is the later ones that follow from the first.
 constexpr double first_of_equals = 1 - 1e-6;
 constexpr int refinements = 2;
+/// Columns eliminated before what comes after them is brought up to date.
+constexpr Eigen::Index block = 64;
 
 }  // namespace
 
-ConstraintFactor::ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b, std::vector<bool> soft)
-    : s_(std::move(s)), b_(std::move(b)), soft_(std::move(soft)) {
-  if (std::find(soft_.begin(), soft_.end(), true) == soft_.end()) soft_.clear();
+ConstraintFactor::ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b)
+    : s_(std::move(s)), b_(std::move(b)) {
   const Eigen::Index m = s_.rows();
   scale_.resize(m);
   for (Eigen::Index i = 0; i < m; ++i) scale_[i] = s_(i, i) > 0 ? std::sqrt(s_(i, i)) : 1.0;
@@ -65,48 +68,22 @@ void ConstraintFactor::choose_anchors() {
 // Cholesky with diagonal pivots of E S E^T, E = [-T I]: the rows freed of the modes.
 void ConstraintFactor::factorise() {
   const auto count = static_cast<Eigen::Index>(others_.size());
-  Eigen::MatrixXd rest = scaled_(others_, others_);
-  if (!anchors_.empty()) {
-    const Eigen::MatrixXd mixed = by_anchors_ * scaled_(anchors_, others_);
-    rest += by_anchors_ * scaled_(anchors_, anchors_) * by_anchors_.transpose() - mixed - mixed.transpose();
-  }
   Eigen::VectorXd noise(count);  // What rounding can leave on the diagonal goes with what was subtracted.
   noise.setConstant(dependence);
-  if (!anchors_.empty()) noise += dependence * by_anchors_.rowwise().squaredNorm();
-  lower_ = Eigen::MatrixXd::Zero(count, count);
-  std::vector<bool> done(static_cast<std::size_t>(count), false);
-  for (Eigen::Index i = 0; i < count; ++i)
-    if (is_soft(others_[static_cast<std::size_t>(i)])) noise[i] *= soft_dependence / dependence;
-  bool softly = false;
-  for (Eigen::Index column = 0; column < count; ++column) {
-    double largest = 0;
-    const auto can_be = [&](Eigen::Index i) {
-      return !done[static_cast<std::size_t>(i)] && rest(i, i) > noise[i] &&
-             is_soft(others_[static_cast<std::size_t>(i)]) == softly;
-    };
-    for (Eigen::Index i = 0; i < count; ++i)
-      if (can_be(i)) largest = std::max(largest, rest(i, i));
-    if (!(largest > 0)) {
-      if (softly || soft_.empty()) break;
-      softly = true;
-      --column;
-      continue;
-    }
-    Eigen::Index pivot = 0;
-    while (!can_be(pivot) || rest(pivot, pivot) < first_of_equals * largest) ++pivot;
-    done[static_cast<std::size_t>(pivot)] = true;
-    pivots_.push_back(pivot);
-    const double root = std::sqrt(rest(pivot, pivot));
-    for (Eigen::Index i = 0; i < count; ++i)
-      lower_(i, column) = done[static_cast<std::size_t>(i)] && i != pivot ? 0 : rest(i, pivot) / root;
-    lower_(pivot, column) = root;
-    for (Eigen::Index j = 0; j < count; ++j) {
-      const double factor = lower_(j, column);
-      if (!done[static_cast<std::size_t>(j)] && factor != 0) rest.col(j) -= factor * lower_.col(column);
-    }
+  if (anchors_.empty()) {
+    lower_ = std::move(scaled_);
+  } else {
+    lower_ = scaled_(others_, others_);
+    const Eigen::MatrixXd mixed = by_anchors_ * scaled_(anchors_, others_);
+    lower_ += by_anchors_ * scaled_(anchors_, anchors_) * by_anchors_.transpose() - mixed - mixed.transpose();
+    noise += dependence * by_anchors_.rowwise().squaredNorm();
   }
-  lower_.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(pivots_.size()));
-  triangle_ = lower_(pivots_, Eigen::all);
+  place_of_.resize(others_.size());
+  order_.resize(others_.size());
+  std::iota(order_.begin(), order_.end(), Eigen::Index{0});
+  eliminate(std::move(noise));
+  for (std::size_t i = 0; i < order_.size(); ++i)
+    place_of_[static_cast<std::size_t>(order_[i])] = static_cast<Eigen::Index>(i);
   kept_ = anchors_;
   for (const Eigen::Index pivot : pivots_) kept_.push_back(others_[static_cast<std::size_t>(pivot)]);
   std::sort(kept_.begin(), kept_.end());
@@ -114,15 +91,83 @@ void ConstraintFactor::factorise() {
     if (!std::binary_search(kept_.begin(), kept_.end(), i)) dependent_.push_back(i);
 }
 
+// Column by column within blocks, what comes after them at once (LAPACK's xPSTRF; Lucas 2004): most of the
+// work is one product of matrices a block.
+void ConstraintFactor::eliminate(Eigen::VectorXd noise) {
+  const Eigen::Index count = lower_.rows();
+  Eigen::VectorXd open = lower_.diagonal();
+  Eigen::Index rank = 0;
+  bool is_done = false;
+  while (rank < count && !is_done) {
+    const Eigen::Index first = rank;
+    const Eigen::Index end = std::min(count, first + block);
+    for (; rank < end; ++rank) {
+      const Eigen::Index pivot = next_pivot(open, noise, rank);
+      if (pivot < 0) {
+        is_done = true;
+        break;
+      }
+      swap_rows(rank, pivot);
+      std::swap(open[rank], open[pivot]);
+      std::swap(noise[rank], noise[pivot]);
+      const double root = std::sqrt(open[rank]);
+      lower_(rank, rank) = root;
+      const Eigen::Index below = count - rank - 1;
+      const Eigen::Index within = rank - first;
+      auto column = lower_.col(rank).tail(below);
+      if (within > 0)
+        column.noalias() -= lower_.block(rank + 1, first, below, within) *
+                            lower_.row(rank).segment(first, within).transpose();
+      column /= root;
+      open.tail(below) -= column.cwiseAbs2();
+    }
+    const Eigen::Index after = count - rank;
+    if (after > 0 && !is_done) {
+      lower_.bottomRightCorner(after, after)
+          .selfadjointView<Eigen::Lower>()
+          .rankUpdate(lower_.block(rank, first, after, rank - first), -1.0);
+    }
+  }
+  lower_.triangularView<Eigen::StrictlyUpper>().setZero();
+  if (rank < count) lower_.conservativeResize(Eigen::NoChange, rank);
+  pivots_.assign(order_.begin(), order_.begin() + rank);
+}
+
+// The largest; of equals the first as they were given. -1: rounding is all that is left.
+Eigen::Index ConstraintFactor::next_pivot(const Eigen::VectorXd& open, const Eigen::VectorXd& noise,
+                                          Eigen::Index from) const {
+  double largest = 0;
+  for (Eigen::Index i = from; i < open.size(); ++i)
+    if (open[i] > noise[i]) largest = std::max(largest, open[i]);
+  Eigen::Index pivot = -1;
+  if (!(largest > 0)) return pivot;
+  const auto given = [this](Eigen::Index i) { return order_[static_cast<std::size_t>(i)]; };
+  for (Eigen::Index i = from; i < open.size(); ++i)
+    if (open[i] > noise[i] && open[i] >= first_of_equals * largest && (pivot < 0 || given(i) < given(pivot)))
+      pivot = i;
+  return pivot;
+}
+
+// Of the lower half. Precondition: a <= b.
+void ConstraintFactor::swap_rows(Eigen::Index a, Eigen::Index b) {
+  if (a == b) return;
+  std::swap(order_[static_cast<std::size_t>(a)], order_[static_cast<std::size_t>(b)]);
+  const Eigen::Index after = lower_.rows() - b - 1;
+  std::swap(lower_(a, a), lower_(b, b));
+  lower_.row(a).head(a).swap(lower_.row(b).head(a));
+  lower_.col(a).tail(after).swap(lower_.col(b).tail(after));
+  for (Eigen::Index i = a + 1; i < b; ++i) std::swap(lower_(i, a), lower_(b, i));
+}
+
 std::vector<Eigen::Index> ConstraintFactor::combination(std::size_t at) const {
   const Eigen::Index row = dependent_[at];
-  if (!(scaled_(row, row) > 0)) return {};
+  if (!(s_(row, row) > 0)) return {};
   const Eigen::Index place = std::lower_bound(others_.begin(), others_.end(), row) - others_.begin();
   // others[place] = sum_i a_i others[pivots_i] + anchors.
   Eigen::VectorXd by_pivots(0);
   if (!pivots_.empty()) {
-    by_pivots = triangle_.transpose().triangularView<Eigen::Upper>().solve(
-        Eigen::VectorXd(lower_.row(place).transpose()));
+    by_pivots = triangle().transpose().triangularView<Eigen::Upper>().solve(
+        Eigen::VectorXd(lower_.row(place_of_[static_cast<std::size_t>(place)]).transpose()));
   }
   Eigen::VectorXd by_anchor(0);
   if (!anchors_.empty()) {
@@ -159,13 +204,14 @@ ConstraintFactor::Multipliers ConstraintFactor::step(const Eigen::MatrixXd& d,
   Multipliers result{Eigen::MatrixXd::Zero(rows(), d.cols()),
                      Eigen::MatrixXd::Zero(pinned_.cols(), d.cols())};
   if (!anchors_.empty()) result.rows(anchors_, Eigen::all) = anchor_inverse_.transpose() * h;
-  const Eigen::MatrixXd open = d - scaled_ * result.rows;
+  Eigen::MatrixXd open = d;
+  if (!anchors_.empty()) open -= scaled_ * result.rows;
   if (!pivots_.empty()) {
     Eigen::MatrixXd right = open(others_, Eigen::all);
     if (!anchors_.empty()) right -= by_anchors_ * open(anchors_, Eigen::all);
     Eigen::MatrixXd amounts = right(pivots_, Eigen::all);
-    triangle_.triangularView<Eigen::Lower>().solveInPlace(amounts);
-    triangle_.transpose().triangularView<Eigen::Upper>().solveInPlace(amounts);
+    triangle().triangularView<Eigen::Lower>().solveInPlace(amounts);
+    triangle().transpose().triangularView<Eigen::Upper>().solveInPlace(amounts);
     for (std::size_t i = 0; i < pivots_.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       result.rows.row(others_[static_cast<std::size_t>(pivots_[i])]) += amounts.row(row);
@@ -185,16 +231,18 @@ ConstraintFactor::Multipliers ConstraintFactor::least_squares_step(const Eigen::
                      Eigen::MatrixXd::Zero(pinned_.cols(), d.cols())};
   if (!anchors_.empty()) result.rows(anchors_, Eigen::all) = anchor_inverse_.transpose() * h;
   const auto pinned = static_cast<Eigen::Index>(anchors_.size());
-  const Eigen::MatrixXd before = scaled_ * result.rows;
-  Eigen::MatrixXd offset = before(others_, Eigen::all);
-  if (!anchors_.empty()) offset -= by_anchors_ * before(anchors_, Eigen::all);
   Eigen::MatrixXd right(rows(), d.cols());
   right.topRows(pinned) = d(anchors_, Eigen::all);
-  right.bottomRows(rows() - pinned) = d(others_, Eigen::all) - offset;
+  right.bottomRows(rows() - pinned) = d(others_, Eigen::all);
+  if (!anchors_.empty()) {
+    const Eigen::MatrixXd before = scaled_ * result.rows;
+    right.bottomRows(rows() - pinned) -=
+        before(others_, Eigen::all) - by_anchors_ * before(anchors_, Eigen::all);
+  }
   const Eigen::MatrixXd response =
       spanned_.cols() > 0 ? Eigen::MatrixXd(responses_.solve(right)) : Eigen::MatrixXd::Zero(0, right.cols());
   Eigen::MatrixXd amounts = response.bottomRows(response.rows() - pinned);
-  triangle_.transpose().triangularView<Eigen::Upper>().solveInPlace(amounts);
+  triangle().transpose().triangularView<Eigen::Upper>().solveInPlace(amounts);
   for (std::size_t i = 0; i < pivots_.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     result.rows.row(others_[static_cast<std::size_t>(pivots_[i])]) += amounts.row(row);
@@ -242,7 +290,8 @@ void ConstraintFactor::prepare_least_squares() {
   if (spanned_.cols() == 0) return;  // No row has any effect.
   spanned_.topLeftCorner(pinned, pinned).setIdentity();
   spanned_.bottomLeftCorner(rows() - pinned, pinned) = by_anchors_;
-  spanned_.bottomRightCorner(rows() - pinned, free) = lower_;
+  for (Eigen::Index i = 0; i < lower_.rows(); ++i)
+    spanned_.row(pinned + order_[static_cast<std::size_t>(i)]).tail(free) = lower_.row(i);
   responses_.compute(spanned_);
 }
 

@@ -11,9 +11,6 @@
 // the modes, the modes are eliminated by them, and what remains, a Gram matrix in the inner product of
 // energy, is factorised by Cholesky with diagonal pivots until they are rounding. The order of pivots, and
 // with it every bit, depends on S and B alone.
-//
-// Where rows are plenty and none is worth more than another (a curve's places on a large surface), they can
-// be told apart more coarsely: soft ones come after the others and are dropped earlier.
 
 #include <Eigen/Core>
 #include <Eigen/QR>
@@ -27,14 +24,12 @@ class ConstraintFactor {
   /// Rows are dependent when their distance from the others' span, in the norm of energy, is below the root
   /// of this part of their own length: some ten times what rounding makes of exact dependence.
   static constexpr double dependence = 1e-11;
-  /// The same of soft rows.
-  static constexpr double soft_dependence = 1e-9;
 
   ConstraintFactor() = default;
   /// S, m x m (each half used where it belongs: the upper one for the factor, all for residuals), and B,
-  /// m x k, k small, zeros exact; which rows are soft, none where empty. Preconditions: finite; S symmetric
-  /// but for rounding, semidefinite.
-  ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b, std::vector<bool> soft = {});
+  /// m x k, k small, zeros exact. Preconditions: finite; S symmetric but for rounding, semidefinite. Costs
+  /// m^3 / 3 multiplications and 2 m^2 numbers, with modes 3.
+  ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b);
 
   Eigen::Index rows() const { return s_.rows(); }
   Eigen::Index modes() const { return b_.cols(); }
@@ -66,6 +61,9 @@ class ConstraintFactor {
 
   void choose_anchors();
   void factorise();
+  void eliminate(Eigen::VectorXd noise);
+  Eigen::Index next_pivot(const Eigen::VectorXd& open, const Eigen::VectorXd& noise, Eigen::Index from) const;
+  void swap_rows(Eigen::Index a, Eigen::Index b);
   Multipliers step(const Eigen::MatrixXd& scaled_values, const Eigen::MatrixXd& borne_loads) const;
   void prepare_least_squares();
   Multipliers least_squares_step(const Eigen::MatrixXd& scaled_values,
@@ -77,20 +75,21 @@ class ConstraintFactor {
   Eigen::MatrixXd borne(const Eigen::MatrixXd& mode_loads) const;
   Multipliers unscaled(const Multipliers& scaled) const;
 
-  bool is_soft(Eigen::Index row) const { return !soft_.empty() && soft_[static_cast<std::size_t>(row)]; }
+  /// The pivots' rows of the Cholesky factor.
+  auto triangle() const { return lower_.topRows(lower_.cols()); }
 
   Eigen::MatrixXd s_, b_;
-  std::vector<bool> soft_;
-  Eigen::VectorXd scale_;           // Root of S's diagonal; 1 for rows of zeros.
-  Eigen::MatrixXd scaled_;          // S, exactly symmetric, with unit diagonal.
-  Eigen::MatrixXd pinned_;          // The modes that rows pin: an orthonormal basis, k x p.
-  Eigen::MatrixXd scaled_b_;        // m x p.
-  Rows anchors_, others_;           // p rows, and the rest, ascending.
+  Eigen::VectorXd scale_;     // Root of S's diagonal; 1 for rows of zeros.
+  Eigen::MatrixXd scaled_;    // S, exactly symmetric, with unit diagonal; none where there are no anchors.
+  Eigen::MatrixXd pinned_;    // The modes that rows pin: an orthonormal basis, k x p.
+  Eigen::MatrixXd scaled_b_;  // m x p.
+  Rows anchors_, others_;     // p rows, and the rest, ascending.
   Eigen::MatrixXd anchor_inverse_;  // Of scaled_b_'s anchor rows, p x p.
   Eigen::MatrixXd by_anchors_;      // T: others' rows of B as combinations of the anchors'.
-  Eigen::MatrixXd lower_;           // Of the others: rows in their order, one column a pivot.
-  Eigen::MatrixXd triangle_;        // Its pivots' rows.
-  Rows pivots_;                     // Places in others_, in the order of elimination.
+  Eigen::MatrixXd lower_;           // Of the others, in order_: Cholesky's factor, one column a pivot.
+  Rows order_;                      // By its rows: places in others_.
+  Rows place_of_;                   // By place in others_: its row.
+  Rows pivots_;                     // The first of order_: those eliminated.
   Rows kept_, dependent_;
   Eigen::MatrixXd spanned_;  // What the kept rows bring about: anchors, then others. Made when asked for.
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> responses_;  // Of it.
