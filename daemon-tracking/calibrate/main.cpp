@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include <chrono>
 #include <cstdio>
@@ -21,6 +22,8 @@ int fail(const handloft::Error& error) {
 
 int main(int argc, char** argv) {
   using namespace handloft;
+  // Ceres' own log is for programmers; what matters of it is in the verdicts.
+  FLAGS_minloglevel = google::GLOG_FATAL;
   tracking::CalibrateOptions options;
   OptionTable table = tracking::make_calibrate_table(options);
   const Result<ParseOutcome> parsed = table.parse(argc, argv);

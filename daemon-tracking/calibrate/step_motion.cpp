@@ -94,21 +94,14 @@ Result<Verdict> run_head_rig(StepContext& context) {
   for (std::size_t i = 0; i < made->body_tags.size(); ++i) {
     const Eigen::Isometry3d shift =
         input.body_tags[i].body_from_tag.inverse() * made->body_tags[i].body_from_tag;
-    const bool seen = std::any_of(input.sights.begin(), input.sights.end(), [&](const TagSight& sight) {
-      return std::any_of(sight.tags.begin(), sight.tags.end(),
-                         [&](const TagDetection& tag) { return tag.id == made->body_tags[i].id; });
-    });
-    if (!seen) {
-      if (context.terminal != nullptr)
-        fmt::print(context.terminal, "  tag {}: never seen, left where it was said to be.\n",
-                   made->body_tags[i].id);
-      continue;
-    }
-    if (context.terminal != nullptr)
-      fmt::print(context.terminal,
-                 "  tag {}: {:.1f} mm and {:.1f} degrees from where it was said to be, known to {:.2f} mm.\n",
-                 made->body_tags[i].id, 1e3 * shift.translation().norm(),
-                 57.29577951 * Eigen::AngleAxisd(shift.linear()).angle(), 1e3 * made->tag_sigma_m[i]);
+    if (context.terminal == nullptr) continue;
+    const auto& sigma_m = made->tag_sigma_m[i];
+    const std::string known = !sigma_m        ? "not seen"
+                              : *sigma_m == 0 ? "it carries the rig's frame"
+                                              : fmt::format("known to {:.2f} mm", 1e3 * *sigma_m);
+    fmt::print(context.terminal, "  tag {}: {:.1f} mm and {:.1f} degrees from where it was said to be; {}.\n",
+               made->body_tags[i].id, 1e3 * shift.translation().norm(),
+               57.29577951 * Eigen::AngleAxisd(shift.linear()).angle(), known);
   }
   if (made->result.verdict == Verdict::bad) return Verdict::bad;
   rig.head_tags = made->body_tags;

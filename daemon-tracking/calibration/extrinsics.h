@@ -60,8 +60,7 @@ struct ExtrinsicsOptions {
   double refuse_view_rms_px = 0.8;  ///< and above this.
   std::size_t min_table_tags = 3;   ///< Seen by a camera that shares no moment with another.
   double good_rms_px = 0.5, usable_rms_px = 1.2;
-  double good_sigma_m = 0.002,
-         usable_sigma_m = 0.005;  ///< Of a camera's position; glued tags' world included.
+  double good_sigma_m = 0.001, usable_sigma_m = 0.004;  ///< Of a camera's position among the tags.
 };
 
 struct ExtrinsicsCalibration {

@@ -50,6 +50,7 @@ struct State {
 /// What is found; the rest is kept.
 struct Layout {
   std::vector<bool> offset, row, tag, head;
+  std::vector<bool> tag_seen;
 };
 
 Layout lay_out(const TrajectoryInput& input, const TrajectoryOptions& options,
@@ -71,9 +72,11 @@ Layout lay_out(const TrajectoryInput& input, const TrajectoryOptions& options,
     layout.head.push_back(seen[i] && input.cameras[i].role == CameraRole::head &&
                           options.head_camera == Estimate::find);
   }
-  for (std::size_t i = 0; i < tag_seen.size(); ++i)
+  for (std::size_t i = 0; i < tag_seen.size(); ++i) {
+    layout.tag_seen.push_back(tag_seen[i] > 0);
     layout.tag.push_back(tag_seen[i] > 0 && static_cast<std::ptrdiff_t>(i) != anchor &&
                          options.body_tags == Estimate::find);
+  }
   return layout;
 }
 
@@ -484,10 +487,19 @@ Result<TrajectoryCalibration> calibrate_on_the_move(const TrajectoryInput& input
       options.body_tags == Estimate::find ? best_motion(measured, nominal) : Isometry3d::Identity();
   made.body_tags = input.body_tags;
   double worst_tag_sigma = 0;
+  int worst_tag = 0;
+  std::string unseen;
   for (std::size_t i = 0; i < made.body_tags.size(); ++i) {
     made.body_tags[i].body_from_tag = shift * state.tags[i];
-    made.tag_sigma_m.push_back(sigma(layout.tag[i], 3));
-    worst_tag_sigma = std::max(worst_tag_sigma, made.tag_sigma_m.back());
+    made.tag_sigma_m.push_back(std::nullopt);
+    if (!layout.tag_seen[i]) {
+      unseen += fmt::format("{}{}", unseen.empty() ? "" : ", ", made.body_tags[i].id);
+      continue;
+    }
+    made.tag_sigma_m.back() = sigma(layout.tag[i], 3);
+    if (*made.tag_sigma_m.back() <= worst_tag_sigma) continue;
+    worst_tag_sigma = *made.tag_sigma_m.back();
+    worst_tag = made.body_tags[i].id;
   }
   for (std::size_t i = 0; i < input.cameras.size(); ++i) {
     CameraTiming& timing = made.cameras[i];
@@ -515,9 +527,14 @@ Result<TrajectoryCalibration> calibrate_on_the_move(const TrajectoryInput& input
   const bool good = made.rms_px <= options.good_rms_px && worst_tag_sigma <= options.good_tag_sigma_m;
   const bool usable = made.rms_px <= options.usable_rms_px && worst_tag_sigma <= options.usable_tag_sigma_m;
   made.result.verdict = good ? Verdict::good : usable ? Verdict::usable : Verdict::bad;
+  std::string advice;
+  if (made.rms_px > options.good_rms_px) advice += " Is the rig stiff, and are the tags flat?";
+  if (worst_tag_sigma > options.good_tag_sigma_m)
+    advice += fmt::format(" Tag {} is known to {:.1f} mm only: turn it to the cameras for longer.", worst_tag,
+                          1e3 * worst_tag_sigma);
+  if (!unseen.empty()) advice += fmt::format(" Not seen, and left where said to be: tag {}.", unseen);
   made.result.words = fmt::format("{:.2f} px over {} corners in {:.1f} s; corners moved at {:.0f} px/s.{}",
-                                  made.rms_px, corners.size(), end_s - begin_s, made.speed_px_s,
-                                  good ? "" : " Is the rig stiff, and are the tags flat?");
+                                  made.rms_px, corners.size(), end_s - begin_s, made.speed_px_s, advice);
   return made;
 }
 

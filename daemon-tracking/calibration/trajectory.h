@@ -5,6 +5,7 @@
 // the tags' places on the body, where the head's own camera sits on it, by how much each camera's clock
 // differs, and how long a picture's rows take. Pure; deterministic.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,9 +58,11 @@ struct CameraTiming {
 };
 
 struct TrajectoryCalibration {
-  std::vector<CameraTiming> cameras;                ///< One per camera.
-  std::vector<TagPlacement> body_tags;              ///< In the frame in which the given ones are best met.
-  std::vector<double> tag_sigma_m;                  ///< Per tag.
+  std::vector<CameraTiming> cameras;    ///< One per camera.
+  std::vector<TagPlacement> body_tags;  ///< In the frame in which the given ones are best met.
+  /// Per tag; 0 for the one that carries the frame (and where tags are kept), nullopt where none of the
+  /// frames that were used shows it: it is left where it was said to be.
+  std::vector<std::optional<double>> tag_sigma_m;
   std::vector<Eigen::Isometry3d> head_from_camera;  ///< Per camera; as given for table cameras.
   double rms_px = 0.0;
   double speed_px_s = 0.0;  ///< Mean speed of corners over all frames: what the offsets live of.

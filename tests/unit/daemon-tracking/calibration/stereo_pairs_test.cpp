@@ -225,8 +225,8 @@ TEST(StereoPairs, T11TheRigIsNoWorseThanStereoCalibrate) {
        {std::tuple{"lenses fixed", ours_of(Hold::fixed), theirs_of(cv::CALIB_FIX_INTRINSIC)},
         std::tuple{"lenses refined", ours_of(Hold::free), theirs_of(cv::CALIB_USE_INTRINSIC_GUESS)}}) {
     fmt::print(
-        "{}: baseline ours {:.3f} +- {:.3f} mm, stereoCalibrate {:.3f} mm; rms {:.5f} and {:.5f} px; "
-        "rectification {:.5f} and {:.5f} px\n",
+        "{}: baseline ours {:.3f} +- {:.3f} mm, stereoCalibrate {:.3f} mm; rms {:.7f} and {:.7f} px; "
+        "rectification {:.7f} and {:.7f} px\n",
         name, 1e3 * ours.baseline_m, 1e3 * ours.sigma_m, 1e3 * theirs.baseline_m, ours.rms_px, theirs.rms_px,
         ours.rectification_px, theirs.rectification_px);
     EXPECT_LE(ours.rms_px, theirs.rms_px + 1e-6) << name;

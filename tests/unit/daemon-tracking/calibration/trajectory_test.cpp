@@ -2,6 +2,7 @@
 
 #include "daemon-tracking/calibration/trajectory.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,8 +32,8 @@ struct Truths {
 /// What the rig's cameras see of a swaying head, through the simulation's own lens; stamps are early by the
 /// camera's offset.
 std::vector<TagSight> sights_of(const Rig& rig, const HeadMotion& motion, const std::vector<Truths>& truths,
-                                double seconds, double noise_px) {
-  std::mt19937 random(5);
+                                double seconds, double noise_px, unsigned seed = 5) {
+  std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::vector<TagSight> sights;
   for (std::uint32_t c = 0; c < rig.cameras.size(); ++c) {
@@ -131,6 +132,12 @@ TEST(Trajectory, T11MeasuresTheHeadRigAndItsCamera) {
   const auto made = calibrate_on_the_move(input);
   ASSERT_TRUE(made.ok()) << made.error().describe();
   // Frames differ by a rigid motion: tags are compared among each other.
+  std::size_t carrying = 0;
+  for (std::size_t i = 0; i < rig.head_tags.size(); ++i) {
+    ASSERT_TRUE(made->tag_sigma_m[i].has_value()) << "tag " << rig.head_tags[i].id;
+    carrying += *made->tag_sigma_m[i] == 0.0 ? 1 : 0;
+  }
+  EXPECT_EQ(carrying, 1U);
   std::vector<Eigen::Vector3d> found, truth;
   for (std::size_t i = 0; i < rig.head_tags.size(); ++i) {
     for (const auto& point : tag_corners(made->body_tags[i])) found.push_back(point);
@@ -151,6 +158,68 @@ TEST(Trajectory, T11MeasuresTheHeadRigAndItsCamera) {
           Eigen::AngleAxisd(eye.linear().transpose() * rig.cameras[2].head_from_camera.linear()).angle(),
       0.2);
   RecordProperty("worst_corner_mm", std::to_string(1e3 * worst));
+}
+
+TEST(Trajectory, T11ATagThatNoFrameShowsIsSaidToBeUnseen) {
+  const Rig rig = default_rig();
+  TrajectoryInput input{rig.cameras, rig.head_tags, rig.table_tags,
+                        sights_of(rig, lively_head(), std::vector<Truths>(3), 4.0, 0.3)};
+  const TagPlacement hidden = rig.head_tags.back();
+  for (TagSight& sight : input.sights)
+    std::erase_if(sight.tags, [&](const TagDetection& tag) { return tag.id == hidden.id; });
+  const auto made = calibrate_on_the_move(input);
+  ASSERT_TRUE(made.ok()) << made.error().describe();
+  EXPECT_FALSE(made->tag_sigma_m.back().has_value()) << "a sigma of 0 would say that it is known exactly";
+  EXPECT_TRUE(made->tag_sigma_m.front().has_value());
+  EXPECT_NE(made->result.words.find(fmt::format("tag {}", hidden.id)), std::string::npos)
+      << made->result.words;
+}
+
+TEST(Trajectory, T11AClockFarOffIsFoundOverSeveralKnots) {
+  const Rig rig = default_rig();
+  const std::vector<Truths> truths = {{0.0, 0.0}, {0.14, 0.0}, {-0.11, 0.0}};
+  TrajectoryInput input{rig.cameras, rig.head_tags, rig.table_tags,
+                        sights_of(rig, lively_head(0.9), truths, 8.0, 0.3)};
+  TrajectoryOptions options;
+  options.body_tags = Estimate::keep;
+  options.head_camera = Estimate::keep;
+  const auto made = calibrate_on_the_move(input, options);
+  ASSERT_TRUE(made.ok()) << made.error().describe();
+  for (std::size_t i = 0; i < truths.size(); ++i)
+    EXPECT_NEAR(made->cameras[i].offset_s, truths[i].offset_s, 0.001) << rig.cameras[i].name;
+}
+
+TEST(Trajectory, T11TellsHowSureItIs) {
+  // Over many draws of noise the clocks' and tags' errors are as large as the stated sigmas.
+  const Rig rig = default_rig();
+  double clocks = 0, tags = 0;
+  int clock_count = 0, tag_count = 0;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    TrajectoryInput input{rig.cameras, rig.head_tags, rig.table_tags,
+                          sights_of(rig, lively_head(0.9), std::vector<Truths>(3), 4.0, 0.3, seed)};
+    const auto made = calibrate_on_the_move(input);
+    ASSERT_TRUE(made.ok()) << made.error().describe();
+    for (std::size_t i = 1; i < 3; ++i, ++clock_count)
+      clocks += std::pow(made->cameras[i].offset_s / made->cameras[i].offset_sigma_s, 2);
+    // Among each other: all of them are carried by the one that is held.
+    const auto carrier = static_cast<std::size_t>(
+        std::find(made->tag_sigma_m.begin(), made->tag_sigma_m.end(), std::optional(0.0)) -
+        made->tag_sigma_m.begin());
+    ASSERT_LT(carrier, rig.head_tags.size());
+    const Eigen::Isometry3d back =
+        rig.head_tags[carrier].body_from_tag * made->body_tags[carrier].body_from_tag.inverse();
+    for (std::size_t i = 0; i < rig.head_tags.size(); ++i) {
+      if (i == carrier) continue;
+      const Eigen::Vector3d error = (back * made->body_tags[i].body_from_tag).translation() -
+                                    rig.head_tags[i].body_from_tag.translation();
+      tags += error.squaredNorm() / std::pow(*made->tag_sigma_m[i], 2);
+      ++tag_count;
+    }
+  }
+  fmt::print("error over stated sigma: clocks {:.2f}, tags {:.2f}\n", std::sqrt(clocks / clock_count),
+             std::sqrt(tags / tag_count));
+  EXPECT_NEAR(std::sqrt(clocks / clock_count), 1.0, 0.5);
+  EXPECT_NEAR(std::sqrt(tags / tag_count), 1.0, 0.5);
 }
 
 TEST(Trajectory, T11RefusesWhatTellsNothing) {
