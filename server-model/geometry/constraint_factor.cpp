@@ -24,8 +24,9 @@ constexpr Eigen::Index block = 64;
 
 }  // namespace
 
-ConstraintFactor::ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b)
-    : s_(std::move(s)), b_(std::move(b)) {
+ConstraintFactor::ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b, std::vector<bool> soft)
+    : s_(std::move(s)), b_(std::move(b)), soft_(std::move(soft)) {
+  if (std::find(soft_.begin(), soft_.end(), true) == soft_.end()) soft_.clear();
   const Eigen::Index m = s_.rows();
   scale_.resize(m);
   for (Eigen::Index i = 0; i < m; ++i) scale_[i] = s_(i, i) > 0 ? std::sqrt(s_(i, i)) : 1.0;
@@ -78,6 +79,8 @@ void ConstraintFactor::factorise() {
     lower_ += by_anchors_ * scaled_(anchors_, anchors_) * by_anchors_.transpose() - mixed - mixed.transpose();
     noise += dependence * by_anchors_.rowwise().squaredNorm();
   }
+  for (Eigen::Index i = 0; i < count; ++i)
+    if (is_soft(others_[static_cast<std::size_t>(i)])) noise[i] *= soft_dependence / dependence;
   place_of_.resize(others_.size());
   order_.resize(others_.size());
   std::iota(order_.begin(), order_.end(), Eigen::Index{0});
@@ -133,19 +136,25 @@ void ConstraintFactor::eliminate(Eigen::VectorXd noise) {
   pivots_.assign(order_.begin(), order_.begin() + rank);
 }
 
-// The largest; of equals the first as they were given. -1: rounding is all that is left.
+// The largest of hard rows, then of soft ones; of equals the first as they were given. -1: rounding is all
+// that is left.
 Eigen::Index ConstraintFactor::next_pivot(const Eigen::VectorXd& open, const Eigen::VectorXd& noise,
                                           Eigen::Index from) const {
-  double largest = 0;
-  for (Eigen::Index i = from; i < open.size(); ++i)
-    if (open[i] > noise[i]) largest = std::max(largest, open[i]);
-  Eigen::Index pivot = -1;
-  if (!(largest > 0)) return pivot;
   const auto given = [this](Eigen::Index i) { return order_[static_cast<std::size_t>(i)]; };
-  for (Eigen::Index i = from; i < open.size(); ++i)
-    if (open[i] > noise[i] && open[i] >= first_of_equals * largest && (pivot < 0 || given(i) < given(pivot)))
-      pivot = i;
-  return pivot;
+  for (const bool softly : {false, true}) {
+    const auto can_be = [&](Eigen::Index i) {
+      return open[i] > noise[i] && is_soft(others_[static_cast<std::size_t>(given(i))]) == softly;
+    };
+    double largest = 0;
+    for (Eigen::Index i = from; i < open.size(); ++i)
+      if (can_be(i)) largest = std::max(largest, open[i]);
+    Eigen::Index pivot = -1;
+    for (Eigen::Index i = from; i < open.size(); ++i)
+      if (can_be(i) && open[i] >= first_of_equals * largest && (pivot < 0 || given(i) < given(pivot)))
+        pivot = i;
+    if (pivot >= 0) return pivot;
+  }
+  return -1;
 }
 
 // Of the lower half. Precondition: a <= b.

@@ -11,6 +11,9 @@
 // the modes, the modes are eliminated by them, and what remains, a Gram matrix in the inner product of
 // energy, is factorised by Cholesky with diagonal pivots until they are rounding. The order of pivots, and
 // with it every bit, depends on S and B alone.
+//
+// Where rows are plenty and none is worth more than another (a curve's places on a large surface), they can
+// be told apart more coarsely: soft ones come after the others and are dropped earlier.
 
 #include <Eigen/Core>
 #include <Eigen/QR>
@@ -24,12 +27,14 @@ class ConstraintFactor {
   /// Rows are dependent when their distance from the others' span, in the norm of energy, is below the root
   /// of this part of their own length: some ten times what rounding makes of exact dependence.
   static constexpr double dependence = 1e-11;
+  /// The same of soft rows.
+  static constexpr double soft_dependence = 1e-9;
 
   ConstraintFactor() = default;
   /// S, m x m (each half used where it belongs: the upper one for the factor, all for residuals), and B,
-  /// m x k, k small, zeros exact. Preconditions: finite; S symmetric but for rounding, semidefinite. Costs
-  /// m^3 / 3 multiplications and 2 m^2 numbers, with modes 3.
-  ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b);
+  /// m x k, k small, zeros exact; which rows are soft, none where empty. Preconditions: finite; S symmetric
+  /// but for rounding, semidefinite. Costs m^3 / 3 multiplications and 2 m^2 numbers, with modes 3.
+  ConstraintFactor(Eigen::MatrixXd s, Eigen::MatrixXd b, std::vector<bool> soft = {});
 
   Eigen::Index rows() const { return s_.rows(); }
   Eigen::Index modes() const { return b_.cols(); }
@@ -75,10 +80,12 @@ class ConstraintFactor {
   Eigen::MatrixXd borne(const Eigen::MatrixXd& mode_loads) const;
   Multipliers unscaled(const Multipliers& scaled) const;
 
+  bool is_soft(Eigen::Index row) const { return !soft_.empty() && soft_[static_cast<std::size_t>(row)]; }
   /// The pivots' rows of the Cholesky factor.
   auto triangle() const { return lower_.topRows(lower_.cols()); }
 
   Eigen::MatrixXd s_, b_;
+  std::vector<bool> soft_;
   Eigen::VectorXd scale_;     // Root of S's diagonal; 1 for rows of zeros.
   Eigen::MatrixXd scaled_;    // S, exactly symmetric, with unit diagonal; none where there are no anchors.
   Eigen::MatrixXd pinned_;    // The modes that rows pin: an orthonormal basis, k x p.
