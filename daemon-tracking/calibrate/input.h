@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct Input {
   const ImageFolder* folder = nullptr;  ///< The same stream, when it is one of pictures.
   /// Live: which device each camera turned out to be.
   std::vector<std::pair<std::uint32_t, DeviceIdentity>> devices;
+  /// Live: the glove that is plugged in now, nullopt for none; empty where nothing tells. Valid with the
+  /// stream.
+  std::function<std::optional<DeviceIdentity>()> glove;
 };
 
 /// Errors: those of the file or folder; not_found when a live camera isn't there; invalid_argument for a

@@ -92,6 +92,14 @@ Result<CameraSelector> selector_of(const CalibrateOptions& options, const Camera
 
 }  // namespace
 
+std::optional<DeviceIdentity> glove_identity(const std::vector<PluggedDevice>& present) {
+  for (const PluggedDevice& device : present)
+    if ((device.subsystem == "hidraw" || device.subsystem == "usb") && device.vendor_id == glove_usb_vendor &&
+        device.product_id == glove_usb_product)
+      return DeviceIdentity{device.name, device.serial, device.path_id};
+  return std::nullopt;
+}
+
 Result<Input> open_live(const CalibrateOptions& options, const Calibration& calibration) {
   const Logger log("calibrate", LogLevel::warning);
   HotplugOptions watched;
@@ -130,6 +138,8 @@ Result<Input> open_live(const CalibrateOptions& options, const Calibration& cali
     }
   }
   if (const Status started = stream->start(); !started) return started.error();
+  if (options.step == "glove")
+    input.glove = [monitor = stream->hotplug()] { return glove_identity(monitor->present()); };
   input.stream = std::move(stream);
   return input;
 }

@@ -211,7 +211,7 @@ Verdict find_clocks(StepContext& context, const Rig& rig, std::vector<TagSight> 
     worst = std::max(worst, result.verdict);
     if (result.verdict == Verdict::bad) continue;
     CameraCalibration& camera = context.calibration.rig.cameras[i];
-    camera.time_offset += from_seconds(timing.offset_s);
+    if (worth_using(timing)) camera.time_offset += from_seconds(timing.offset_s);
     context.calibration.cameras[i].results["time"] = result;
     if (context.options.row_times) context.calibration.rig.cameras[i].row_time = from_seconds(timing.row_s);
   }

@@ -136,6 +136,8 @@ Result<Verdict> run_glove(StepContext& context) {
     return saved.error();
   if (made->result.verdict == Verdict::bad) return Verdict::bad;
   if (context.calibration.glove) made->ranges.device = context.calibration.glove->device;
+  // A recording does not say which glove it was of: what the file knows stays.
+  if (const auto plugged = input->glove ? input->glove() : std::nullopt) made->ranges.device = *plugged;
   context.calibration.glove = made->ranges;
   made->result.date = context.date;
   context.calibration.results["glove"] = made->result;

@@ -113,7 +113,7 @@ Result<Verdict> run_head_rig(StepContext& context) {
     rig.cameras[i].head_from_camera = made->head_from_camera[i];
     tell(context, fmt::format("{}'s clock", rig.cameras[i].name), timing.result);
     if (timing.result.verdict == Verdict::bad) continue;
-    rig.cameras[i].time_offset += from_seconds(timing.offset_s);
+    if (worth_using(timing)) rig.cameras[i].time_offset += from_seconds(timing.offset_s);
     if (context.options.row_times) context.calibration.rig.cameras[i].row_time = from_seconds(timing.row_s);
     timing.result.date = context.date;
     context.calibration.cameras[i].results["time"] = timing.result;

@@ -174,8 +174,23 @@ Status poster(const Rig& rig, std::vector<PrintPage>& pages) {
   return {};
 }
 
-/// The head's tags as faces of one strip: each next one is folded back from the one before by the angle
-/// between their normals.
+/// Where a face of the head rig goes, in words for hands: the rig's own numbers.
+std::vector<std::string> head_place(const TagPlacement& tag) {
+  const Eigen::Vector3d at = 1e3 * tag.body_from_tag.translation();
+  const Eigen::Vector3d normal = tag.body_from_tag.linear().col(2);
+  constexpr double degrees = 57.29577951;
+  const double up = degrees * std::asin(std::clamp(normal.y(), -1.0, 1.0));
+  const double left = degrees * std::atan2(-normal.x(), -normal.z());
+  const auto side = [](double value, const char* positive, const char* negative) {
+    return fmt::format("{:.0f} {}", std::abs(value), value < 0 ? negative : positive);
+  };
+  return {fmt::format("tag {}: mm {}, {}, {};", tag.id, side(at.x(), "right", "left"),
+                      side(at.y(), "up", "down"), side(-at.z(), "forward", "back")),
+          fmt::format("faces {} deg, {} deg", side(up, "up", "down"), side(left, "left", "right"))};
+}
+
+/// The head's tags as faces with tabs on all sides, each with the place where the rig has it: what head-rig
+/// begins from.
 Status head_fold_out(const Rig& rig, Paper paper, std::vector<PrintPage>& pages) {
   if (rig.head_tags.empty()) return {};
   std::vector<const TagPlacement*> row;
@@ -184,7 +199,8 @@ Status head_fold_out(const Rig& rig, Paper paper, std::vector<PrintPage>& pages)
   std::stable_sort(row.begin(), row.end(), [](const TagPlacement* a, const TagPlacement* b) {
     return a->body_from_tag.translation().x() < b->body_from_tag.translation().x();
   });
-  PrintPage page = blank(paper, true, "head rig: cut along the solid outline, fold back along the dashes");
+  PrintPage page =
+      blank(paper, true, "head rig: cut along the solid outlines, fold the tabs back along the dashes");
   constexpr double tab_mm = 10.0;
   double x = margin_mm + tab_mm, y = margin_mm + header_mm + tab_mm;
   for (std::size_t i = 0; i < row.size(); ++i) {
@@ -206,28 +222,28 @@ Status head_fold_out(const Rig& rig, Paper paper, std::vector<PrintPage>& pages)
     if (const Status added = add_tag(page, row[i]->id, x + side / 2, y + side / 2, 1e3 * row[i]->edge_m);
         !added)
       return added;
-    const bool joined = i > 0 && !wraps && x > margin_mm + tab_mm;
-    // Tabs above and below hold the face to the display.
+    // Tabs above and below hold the face to a card.
     page.lines.push_back({x, y, x + side, y, PageLineKind::fold});
     page.lines.push_back({x, y + side, x + side, y + side, PageLineKind::fold});
     outline(page, x + 2, y - tab_mm, side - 4, tab_mm, PageLineKind::cut);
     outline(page, x + 2, y + side, side - 4, tab_mm, PageLineKind::cut);
-    if (joined) {
-      const double cosine =
-          row[i]->body_from_tag.linear().col(2).dot(row[i - 1]->body_from_tag.linear().col(2));
-      const double angle = 57.29577951 * std::acos(std::clamp(cosine, -1.0, 1.0));
-      page.lines.push_back({x, y, x, y + side, PageLineKind::fold});
-      page.texts.push_back({x - 14, y - 2, 2.6, fmt::format("fold back {:.0f} deg", angle)});
-    } else {
-      page.lines.push_back({x, y, x, y + side, PageLineKind::cut});
-    }
+    page.lines.push_back({x, y, x, y + side, PageLineKind::cut});
     page.lines.push_back({x + side, y, x + side, y + side, PageLineKind::cut});
-    page.texts.push_back({x + 4, y - tab_mm + 4, 2.6, fmt::format("tag {}: glue here", row[i]->id)});
-    x += side;
+    double line_mm = y - tab_mm + 4;
+    for (const std::string& words : head_place(*row[i])) {
+      page.texts.push_back({x + 3, line_mm, 2.2, words});
+      line_mm += 3;
+    }
+    x += side + gap_mm;
   }
-  page.texts.push_back({margin_mm, page.height_mm - margin_mm - footer_mm + 2, 3.0,
-                        "Neighbouring faces must not lie in one plane. Make it stiff (card behind it): "
-                        "head-rig measures where each tag came to be."});
+  page.texts.push_back(
+      {margin_mm, page.height_mm - margin_mm - footer_mm + 2, 3.0,
+       "Glue each face, stiffly, where its tab says: from between the eyes, up edge up, as the "
+       "wearer sees right and left. 20 mm off do no harm:"});
+  page.texts.push_back(
+      {margin_mm, page.height_mm - margin_mm - footer_mm + 6, 3.0,
+       "head-rig measures where each came to be. No two neighbours in one plane; nothing may "
+       "shake."});
   finish(page);
   pages.push_back(std::move(page));
   return {};

@@ -1,8 +1,8 @@
 #pragma once
 // What is printed for a lab (T11): the table's tags with a plan of where they go (or the whole board as one
-// poster), the head rig's tags as a fold-out, a chessboard, and the chart of the fingertips' colours. To
-// scale, A4 or Letter, with a ruler on every page that tells whether the printer kept it. The same drawing
-// makes the PDF and the picture that tests look for tags in.
+// poster), the head rig's tags as faces with tabs and their places, a chessboard, and the chart of the
+// fingertips' colours. To scale, A4 or Letter, with a ruler on every page that tells whether the printer kept
+// it. The same drawing makes the PDF and the picture that tests look for tags in.
 
 #include <filesystem>
 #include <string>

@@ -22,7 +22,8 @@ using Matrix23 = Eigen::Matrix<double, 2, 3>;
 
 /// What a hand or head can do at most, where no frame says better: 50 m/s^2 and 300 rad/s^2.
 constexpr double usual_acceleration_m = 50.0, usual_acceleration_rad = 300.0;
-constexpr double largest_start_rms_px = 8.0;
+/// Of a frame's first pose: a rig glued by hand is off by centimetres, which are tens of pixels.
+constexpr double largest_start_rms_px = 30.0;
 constexpr double mean_of_two = 0.5;
 /// The standard deviation of what the frames say nothing of.
 constexpr double undetermined = 1e9;
@@ -337,6 +338,13 @@ std::pair<double, double> liveliest(const std::vector<TimedPose>& poses, double 
 
 }  // namespace
 
+bool worth_using(const CameraTiming& timing) {
+  constexpr double significant = 2.0;
+  return timing.result.verdict == Verdict::good ||
+         (timing.result.verdict == Verdict::usable &&
+          std::abs(timing.offset_s) > significant * timing.offset_sigma_s);
+}
+
 Result<TrajectoryCalibration> calibrate_on_the_move(const TrajectoryInput& input,
                                                     const TrajectoryOptions& options) {
   std::vector<CameraModel> models;
@@ -428,7 +436,7 @@ Result<TrajectoryCalibration> calibrate_on_the_move(const TrajectoryInput& input
   const Layout layout = lay_out(input, options, corners);
   LeastSquaresOptions solver_options;
   solver_options.solver = LinearSolver::sparse_cholesky;
-  solver_options.max_iterations = 25;
+  solver_options.max_iterations = 50;
   solver_options.converged_share = 1e-6;
   std::unique_ptr<Problem> problem;
   // A clock that goes farther than a knot comes to other controls: laid out anew from there.

@@ -41,7 +41,7 @@ struct TrajectoryOptions {
   double longest_s = 20.0;  ///< Of the sights: the liveliest stretch of this length is used.
   double corner_sigma_px = 0.3;
   double huber_sigmas = 3.0;
-  double body_sigma_m = 0.01, body_sigma_rad = 0.15;  ///< Of a folded paper rig about its drawing.
+  double body_sigma_m = 0.03, body_sigma_rad = 0.3;  ///< Of a paper rig, glued by hand, about its drawing.
   double largest_offset_s = 0.2;
   std::size_t min_sights = 30;
   double good_rms_px = 0.6, usable_rms_px = 1.5;
@@ -56,6 +56,10 @@ struct CameraTiming {
   std::size_t corners = 0;
   StepResult result;  ///< Of the offset.
 };
+
+/// Whether the offset is told well enough to be used: by a good step, or as far from 0 as two of its sigmas.
+/// Else the one in use stays: a guess would only add its error.
+bool worth_using(const CameraTiming& timing);
 
 struct TrajectoryCalibration {
   std::vector<CameraTiming> cameras;    ///< One per camera.

@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include "daemon-tracking/calibrate/live_input.h"
 #include "daemon-tracking/calibrate/options.h"
 #include "daemon-tracking/calibrate/steps.h"
 #include "daemon-tracking/calibration/picture.h"
+#include "daemon-tracking/source/glove_report.h"
 #include "tests/support/test_data.h"
 
 namespace handloft::tracking {
@@ -128,6 +130,17 @@ TEST(CalibrateSteps, T11RefusesADamagedFileAndAMissingRecording) {
   Lab check("check");
   check.options.simulate = true;
   EXPECT_EQ(check.run().error().code, ErrorCode::not_found) << "nothing to check";
+}
+
+TEST(CalibrateSteps, T11TheGlovesIdentityIsThatOfItsNodeAndOfNoOther) {
+  PluggedDevice mouse{"hidraw", "/dev/hidraw0", "", "hub-1", "7", 0x046d, 0xc626, "SpaceNavigator", false};
+  PluggedDevice glove{"hidraw",          "/dev/hidraw1",   "",   "hub-2", "G4", glove_usb_vendor,
+                      glove_usb_product, "Handloft Glove", false};
+  EXPECT_FALSE(glove_identity({}).has_value());
+  EXPECT_FALSE(glove_identity({mouse}).has_value());
+  const auto found = glove_identity({mouse, glove});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(*found, (DeviceIdentity{"Handloft Glove", "G4", "hub-2"}));
 }
 
 TEST(CalibrateSteps, T11TheGloveOfTheSimulatedRig) {

@@ -79,6 +79,18 @@ TEST(Print, T11ThePosterIsTheTableItself) {
   expect_tags(board, found);
 }
 
+TEST(Print, T11TheHeadsFacesSayWhereTheRigHasThem) {
+  const auto pages = lay_out_pages(default_rig(), {});
+  ASSERT_TRUE(pages.ok());
+  std::string words;
+  for (const PrintPage& page : *pages)
+    for (const PageText& text : page.texts) words += text.words + "\n";
+  // head_tag(21, {-0.075, 0.065, -0.040}, 38.0, 40.0)
+  EXPECT_NE(words.find("tag 21: mm 75 left, 65 up, 40 forward;\nfaces 40 up deg, 38 left deg"),
+            std::string::npos)
+      << words;
+}
+
 TEST(Print, T11TheChessboardIsFoundByItsFinder) {
   const auto pages = lay_out_pages(default_rig(), {});
   ASSERT_TRUE(pages.ok());

@@ -160,6 +160,36 @@ TEST(Trajectory, T11MeasuresTheHeadRigAndItsCamera) {
   RecordProperty("worst_corner_mm", std::to_string(1e3 * worst));
 }
 
+TEST(Trajectory, T11ARigGluedCentimetresFromItsDrawingIsMeasured) {
+  const Rig rig = default_rig();
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    TrajectoryInput input{rig.cameras, rig.head_tags, rig.table_tags,
+                          sights_of(rig, lively_head(), std::vector<Truths>(3), 8.0, 0.3)};
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> off(-1, 1);
+    for (TagPlacement& tag : input.body_tags) {
+      tag.body_from_tag.translation() +=
+          0.02 * Eigen::Vector3d(off(random), off(random), off(random)).normalized();
+      tag.body_from_tag.rotate(Eigen::AngleAxisd(0.2 * off(random), Eigen::Vector3d::UnitX()) *
+                               Eigen::AngleAxisd(0.2 * off(random), Eigen::Vector3d::UnitY()));
+    }
+    const auto made = calibrate_on_the_move(input);
+    ASSERT_TRUE(made.ok()) << made.error().describe();
+    std::vector<Eigen::Vector3d> found, truth;
+    for (std::size_t i = 0; i < rig.head_tags.size(); ++i) {
+      for (const auto& point : tag_corners(made->body_tags[i])) found.push_back(point);
+      for (const auto& point : tag_corners(rig.head_tags[i])) truth.push_back(point);
+    }
+    const Eigen::Isometry3d motion = best_motion(found, truth);
+    double worst = 0;
+    for (std::size_t i = 0; i < found.size(); ++i)
+      worst = std::max(worst, (motion * found[i] - truth[i]).norm());
+    fmt::print("20 mm off: worst corner {:.2f} mm, {:.2f} px, {}\n", 1e3 * worst, made->rms_px,
+               made->result.words);
+    EXPECT_LT(worst, 0.001) << "seed " << seed;
+  }
+}
+
 TEST(Trajectory, T11ATagThatNoFrameShowsIsSaidToBeUnseen) {
   const Rig rig = default_rig();
   TrajectoryInput input{rig.cameras, rig.head_tags, rig.table_tags,
