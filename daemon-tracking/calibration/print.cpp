@@ -201,6 +201,14 @@ Status head_fold_out(const Rig& rig, Paper paper, std::vector<PrintPage>& pages)
   });
   PrintPage page =
       blank(paper, true, "head rig: cut along the solid outlines, fold the tabs back along the dashes");
+  page.texts.push_back({margin_mm, margin_mm + header_mm - 3.2, 2.2,
+                        "Glue each face, stiffly, where its tab says: from between the eyes, up edge up, "
+                        "right and left as the "
+                        "wearer has them. 20 mm off do no harm:"});
+  page.texts.push_back(
+      {margin_mm, margin_mm + header_mm - 0.6, 2.2,
+       "head-rig measures where each came to be. No two neighbours in one plane; nothing may "
+       "shake."});
   constexpr double tab_mm = 10.0;
   double x = margin_mm + tab_mm, y = margin_mm + header_mm + tab_mm;
   for (std::size_t i = 0; i < row.size(); ++i) {
@@ -210,7 +218,7 @@ Status head_fold_out(const Rig& rig, Paper paper, std::vector<PrintPage>& pages)
     const bool wraps = x + side + tab_mm > page.width_mm - margin_mm;
     if (wraps) {
       x = margin_mm + tab_mm;
-      y += side + 3 * tab_mm;
+      y += side + 2 * tab_mm + gap_mm;
     }
     if (y + side + tab_mm > page.height_mm - margin_mm - footer_mm) {
       finish(page);
@@ -236,14 +244,6 @@ Status head_fold_out(const Rig& rig, Paper paper, std::vector<PrintPage>& pages)
     }
     x += side + gap_mm;
   }
-  page.texts.push_back(
-      {margin_mm, page.height_mm - margin_mm - footer_mm + 2, 3.0,
-       "Glue each face, stiffly, where its tab says: from between the eyes, up edge up, as the "
-       "wearer sees right and left. 20 mm off do no harm:"});
-  page.texts.push_back(
-      {margin_mm, page.height_mm - margin_mm - footer_mm + 6, 3.0,
-       "head-rig measures where each came to be. No two neighbours in one plane; nothing may "
-       "shake."});
   finish(page);
   pages.push_back(std::move(page));
   return {};
