@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/result.h"
@@ -21,8 +22,18 @@ Conflicts conflicts_of(const geometry::SculptSolution& solution, const Demands& 
 /// Names the icons. Precondition: some.
 Error contradiction(const Conflicts& conflicts, const SculptShape& shape, std::string_view field);
 
-void note_rows(const geometry::SculptSolution& solution, const Demands& demands, const SculptShape& shape,
-               double diagonal_m, const Conflicts& conflicts, std::vector<std::string>& notes);
+/// An icon and what is to be said of it.
+struct Told {
+  IconRemark remark;
+  std::string note;
+  std::string other;  ///< An icon that it concerns as much; empty: none.
+};
+/// All that could be said, by icon. Precondition: shape.surface is the solution's.
+std::vector<Told> remarks_of(const geometry::SculptSolution& solution, const Demands& demands,
+                             const SculptShape& shape, double diagonal_m, const Conflicts& conflicts);
+/// Says what concerns the icon worked on, is new, or has become worse; keeps in the shape what was said.
+void note_icons(std::vector<Told> told, SculptShape& shape, std::string_view worked_on,
+                std::vector<std::string>& notes);
 /// Loads on what sides, regions or other icons hold: they push at nothing.
 void note_held_loads(const SculptShape& shape, std::vector<std::string>& notes);
 

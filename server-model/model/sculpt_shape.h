@@ -63,6 +63,14 @@ struct SculptIcon {
   }
 };
 
+/// What was said of an icon: told again only when it becomes worse, or the icon itself is worked on.
+struct IconRemark {
+  enum class Kind : std::uint8_t { adds_nothing, off, followed, steep };
+  std::string icon;
+  Kind kind = Kind::adds_nothing;
+  double off = 0;  ///< In what the remark gives.
+};
+
 /// The trim of a face: closed loops of rational B-splines in the parameter plane, the outer one first, the
 /// face on their left.
 struct TrimSpline {
@@ -81,8 +89,10 @@ struct SculptShape final : Entity {
   std::shared_ptr<const std::vector<SculptIcon>> icons = std::make_shared<const std::vector<SculptIcon>>();
   geometry::SculptEnergy energy;
   geometry::SculptSupports supports;
-  bool absolute = false;                 ///< D4: a plane is at rest, instead of `rest`.
-  bool least_squares = false;            ///< D20: constraints that contradict are met in the mean.
+  bool absolute = false;       ///< D4: a plane is at rest, instead of `rest`.
+  bool least_squares = false;  ///< D20: constraints that contradict are met in the mean.
+  /// What was last said of its icons. No part of the design: without it, things are said once more.
+  std::vector<IconRemark> remarks;
   std::shared_ptr<const FaceTrim> trim;  ///< Null: the whole parameter rectangle.
   std::string model;                     ///< The CAD model whose face it is; empty: none.
   std::uint32_t face = 0;                ///< Its number there, from 1.

@@ -57,6 +57,28 @@ bool is_large(const SculptShape& shape, const std::vector<std::uint32_t>& held, 
   return size(rows) * size(columns) - static_cast<std::size_t>(fixed) > direct_unknowns;
 }
 
+/// A row is one equation with three right sides; where one couples x, y and z, all the others are three.
+std::size_t equation_count(const std::vector<geometry::SculptRow>& rows) {
+  const auto coupling = static_cast<std::size_t>(
+      std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row.along.has_value(); }));
+  return coupling == 0 ? rows.size() : 3 * (rows.size() - coupling) + coupling;
+}
+
+/// Of a load as stiff as no surface is.
+std::optional<Error> too_stiff(const SculptShape& shape, std::string_view field) {
+  const SculptIcon* stiffest = nullptr;
+  for (const SculptIcon& icon : *shape.icons)
+    if (icon.role == IconRole::load && icon.acts() && has_moved(icon) && icon.stiffness > 0 &&
+        (stiffest == nullptr || icon.stiffness > stiffest->stiffness))
+      stiffest = &icon;
+  if (stiffest == nullptr) return std::nullopt;
+  return make_error(ErrorCode::invalid_argument,
+                    fmt::format("load \"{}\": its stiffness of {:.3g} N/m would move \"{}\" out of the "
+                                "workspace, expected less, or 0 for one that follows the hand",
+                                stiffest->id, stiffest->stiffness, shape.id),
+                    std::string(field));
+}
+
 void update_places(SculptShape& shape) {
   auto icons = std::make_shared<std::vector<SculptIcon>>(*shape.icons);
   for (SculptIcon& icon : *icons) {
@@ -69,7 +91,7 @@ void update_places(SculptShape& shape) {
 }  // namespace
 
 Status settle(SculptShape& shape, std::string_view field, const ApplyContext& context,
-              std::vector<std::string>& notes) {
+              std::vector<std::string>& notes, std::string_view worked_on) {
   const BSplineSurface& rest = *shape.rest;
   Demands demands;
   bool loaded = shape.absolute;
@@ -94,18 +116,22 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
   const bool still = demands.rows.empty() && !loaded;
   if (still) {
     shape.surface = shape.rest;  // To the bit (D4, D19).
+    shape.remarks.clear();
     update_places(shape);
     if (!context.sculpt_solvers || !waits(shape)) return {};
   }
 
-  if (demands.rows.size() > context.limits.max_constraint_rows ||
+  if (equation_count(demands.rows) > context.limits.max_constraint_rows ||
       is_large(shape, demands.held, solvers.iteration().direct_unknowns)) {
     demands.pinned = take_pins(shape, demands.rows, demands.owner);
   }
-  if (demands.rows.size() > context.limits.max_constraint_rows) {
+  if (const std::size_t equations = equation_count(demands.rows);
+      equations > context.limits.max_constraint_rows) {
     return make_error(ErrorCode::resource_exhausted,
-                      fmt::format("the icons of \"{}\" hold {} places, expected at most {}", shape.id,
-                                  demands.rows.size(), context.limits.max_constraint_rows),
+                      fmt::format("the icons of \"{}\" ask for {} equations (3 a place where a normal is "
+                                  "held), expected at most {}: delete icons or let them sleep, draw shorter "
+                                  "curves, or commit (end_sculpting) and go on with fewer",
+                                  shape.id, equations, context.limits.max_constraint_rows),
                       std::string(field));
   }
 
@@ -146,11 +172,25 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
           "region or more control points (refine_surface)",
           std::string(field));
     }
+    if (status.error().field == "supports" && status.error().code == ErrorCode::invalid_argument) {
+      return make_error(ErrorCode::failed_precondition,
+                        fmt::format("the sides of \"{}\" hold all of its {} x {} control points, expected "
+                                    "more (refineSurface) or sides that are free (setSculpting, EDGE_FREE)",
+                                    shape.id, rest.u.control_count(), rest.v.control_count()),
+                        std::string(field));
+    }
+    if (status.error().field == "rows") {
+      if (auto error = too_stiff(shape, field)) return *error;
+    }
     return under(status.error(), field);
+  }
+  const bool within = solution->farthest_m <= context.limits.max_coordinate_m;
+  if (!within) {
+    if (auto error = too_stiff(shape, field)) return *error;
   }
   const Conflicts conflicts = conflicts_of(*solution, demands, diagonal_m);
   if (!conflicts.empty() && !shape.least_squares) return contradiction(conflicts, shape, field);
-  if (!(solution->farthest_m <= context.limits.max_coordinate_m)) {
+  if (!within) {
     return make_error(ErrorCode::invalid_argument,
                       fmt::format("would move \"{}\" out of the workspace of {} m", shape.id,
                                   context.limits.max_coordinate_m),
@@ -162,7 +202,7 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
     shape.surface = shape.rest;
   }
   update_places(shape);
-  note_rows(*solution, demands, shape, diagonal_m, conflicts, notes);
+  note_icons(remarks_of(*solution, demands, shape, diagonal_m, conflicts), shape, worked_on, notes);
   note_held_loads(shape, notes);
   return {};
 }

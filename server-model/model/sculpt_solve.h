@@ -17,8 +17,9 @@ namespace handloft::model {
 
 /// Sets shape.surface, and its icons' places (D14), from the rest shape and the icons that act. Errors with
 /// `field`: failed_precondition when constraints contradict each other (the icons are named; D20) or nothing
-/// holds the surface against a load; resource_exhausted for more rows than the limit.
+/// holds the surface against a load; resource_exhausted for more rows than the limit. Notes are of the icon
+/// worked on (empty: none) and of others that became worse.
 Status settle(SculptShape& shape, std::string_view field, const ApplyContext& context,
-              std::vector<std::string>& notes);
+              std::vector<std::string>& notes, std::string_view worked_on = {});
 
 }  // namespace handloft::model

@@ -60,6 +60,13 @@ Result<Outcome> duplicate(const Document& document, const handloft::v1::Duplicat
   if (const SculptPtr surface = as_sculpt(*entity)) {
     return duplicate_surface(document, *surface, request, *translation, context);
   }
+  if (!as_dual(*entity)) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found \"{}\", a {}, expected a dual_shape or sculpt_surface: what is "
+                                  "imported is not copied, import it again",
+                                  request.entity(), to_string((*entity)->kind())),
+                      "duplicate.entity");
+  }
   auto found = require_dual(document, request.entity(), "duplicate.entity");
   if (!found) return found.error();
 

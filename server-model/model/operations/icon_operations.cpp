@@ -267,8 +267,9 @@ Result<Outcome> add_icon(const Document& document, const v1::AddIcon& request, c
   for (const Vec2& p : icon.parameters) write_vector(p, *effective.add_parameters());
   if (request.has_create()) effective.mutable_create()->set_id(shape.id);
   outcome.words = fmt::format("Add {} to \"{}\"", describe(icon), shape.name);
+  const std::string id = icon.id;
   put_icon(shape, shape.icons->size(), std::move(icon));
-  if (auto status = settle(shape, "add_icon", context, outcome.notes); !status) return status.error();
+  if (auto status = settle(shape, "add_icon", context, outcome.notes, id); !status) return status.error();
   put(outcome.document, std::move(shape));
   return outcome;
 }
@@ -314,7 +315,8 @@ Result<Outcome> change_icon(const Document& document, const v1::ChangeIcon& requ
   outcome.words = fmt::format("Make icon \"{}\" of \"{}\" a {} {}", icon.id, shape.name,
                               to_string(icon.state), describe(icon));
   put_icon(shape, *index, std::move(icon));
-  if (auto status = settle(shape, "change_icon", context, outcome.notes); !status) return status.error();
+  if (auto status = settle(shape, "change_icon", context, outcome.notes, before.id); !status)
+    return status.error();
   outcome.document = document;
   *outcome.effective.mutable_change_icon() = request;
   put(outcome.document, std::move(shape));
@@ -344,6 +346,13 @@ Result<Outcome> drag_icon(const Document& document, const v1::DragIcon& request,
         ErrorCode::invalid_argument,
         fmt::format("found {}, expected 0..{}", request.reach_m(), context.limits.max_coordinate_m),
         "drag_icon.reach_m");
+  }
+  if (request.reach_m() == 0 && request.held_at() != 0) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {} without a reach, expected reach_m above 0 for a bend, or none "
+                                  "of both for a motion",
+                                  request.held_at()),
+                      "drag_icon.held_at");
   }
   if (request.reach_m() > 0) {
     if (icon.shape != IconShape::curve) {
@@ -376,7 +385,8 @@ Result<Outcome> drag_icon(const Document& document, const v1::DragIcon& request,
   Outcome outcome;
   outcome.words = fmt::format("Drag icon \"{}\" of \"{}\"", icon.id, shape.name);
   put_icon(shape, *index, std::move(icon));
-  if (auto status = settle(shape, "drag_icon", context, outcome.notes); !status) return status.error();
+  if (auto status = settle(shape, "drag_icon", context, outcome.notes, request.icon()); !status)
+    return status.error();
   if (const SculptIcon& dragged = (*shape.icons)[*index]; is_met_from_behind(dragged, *shape.surface)) {
     outcome.notes.push_back(fmt::format(
         "icon \"{}\" is met from behind: beyond a right angle the surface doesn't turn over", dragged.id));
