@@ -1,6 +1,7 @@
 // Constraints that repeat, follow from or contradict each other (D20).
 
 #include <gtest/gtest.h>
+#include <algorithm>
 
 #include <random>
 
@@ -174,6 +175,35 @@ TEST(ConstraintFactor, MatchesDenseAlgebraWithModes) {
   EXPECT_NEAR(off[1], 0.3 * scale[1] * scale[1] / all, 1e-11);
   EXPECT_NEAR(off[0], 0, 1e-11);
   EXPECT_NEAR(off[3], 0, 1e-11);
+}
+
+// More rows than one block of the elimination, of less rank, hard ones and soft: what is kept is independent,
+// the hard ones first, and what follows is met with it.
+TEST(ConstraintFactor, ManyRowsOfLessRankAreMetByThoseKept) {
+  constexpr Eigen::Index rank = 90, count = 200;
+  std::uint32_t state = 7;
+  const auto next = [&state] {
+    state = state * 1664525U + 1013904223U;
+    return static_cast<double>(state >> 8U) / static_cast<double>(1U << 24U) - 0.5;
+  };
+  Eigen::MatrixXd c(count, rank);
+  for (Eigen::Index i = 0; i < count; ++i)
+    for (Eigen::Index j = 0; j < rank; ++j) c(i, j) = next();
+  c.row(3) = c.row(1);  // Of hard duplicates the later one follows.
+  std::vector<bool> soft(count, true);
+  for (std::size_t i = 0; i < 70; ++i) soft[i] = false;
+  const ConstraintFactor factor(c * c.transpose(), Eigen::MatrixXd(count, 0), soft);
+  ASSERT_EQ(factor.kept().size(), static_cast<std::size_t>(rank));
+  for (Eigen::Index i = 0; i < 70; ++i)
+    EXPECT_EQ(std::binary_search(factor.kept().begin(), factor.kept().end(), i), i != 3) << i;
+  ASSERT_EQ(factor.dependent().front(), 3);
+  EXPECT_EQ(factor.combination(0), std::vector<Eigen::Index>{1});
+  Eigen::VectorXd x(rank);
+  for (Eigen::Index j = 0; j < rank; ++j) x[j] = next();
+  const Eigen::VectorXd values = c * x;
+  const ConstraintFactor::Multipliers found = factor.solve(values, Eigen::MatrixXd(0, 1));
+  EXPECT_LT(factor.residual(found, values).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((c.transpose() * found.rows - x).norm(), 1e-8);
 }
 
 TEST(ConstraintFactor, TellsLoadsThatNoRowBears) {
