@@ -179,6 +179,12 @@ Status settle(SculptShape& shape, std::string_view field, const ApplyContext& co
                                     shape.id, rest.u.control_count(), rest.v.control_count()),
                         std::string(field));
     }
+    if (status.error().field == "pins" && status.error().code == ErrorCode::resource_exhausted) {
+      Error error = under(status.error(), field);
+      error.message +=
+          ": delete icons or let them sleep, draw shorter curves, or commit and go on with fewer";
+      return error;
+    }
     if (status.error().field == "rows") {
       if (auto error = too_stiff(shape, field)) return *error;
     }

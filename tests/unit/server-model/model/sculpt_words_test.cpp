@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <memory>
+
+#include "server-model/model/cad_model.h"
 #include "tests/unit/server-model/model/sculpt_helpers.h"
 
 namespace handloft::model::test {
@@ -120,6 +123,20 @@ TEST_F(Sculpting, D15_AStiffnessBeyondAnySurfaceIsNamed) {
     const Error error = refused(drag("l", 0.01));
     EXPECT_NE(error.message.find("stiffness of 1e+308 N/m"), std::string::npos) << error.message;
   }
+}
+
+TEST(DuplicateModel, SaysWhatMayBeDuplicated) {
+  auto cad = std::make_shared<CadModel>();
+  cad->id = "car";
+  cad->boundary_representation = std::make_shared<const std::string>();
+  Document document;
+  document.entities["car"] = cad;
+  Model model(document);
+  const auto refused = model.submit(operation(R"({"duplicate": {"entity": "car"}})"));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().field, "duplicate.entity");
+  EXPECT_NE(refused.error().message.find("expected a dual_shape or sculpt_surface"), std::string::npos)
+      << refused.error().message;
 }
 
 TEST_F(Sculpting, D9_WhereACurveIsHeldIsNothingWithoutAReach) {
