@@ -15,9 +15,9 @@ constexpr float handle_share = 0.7F;       ///< Of curves and regions, whose lin
 constexpr float held_growth = 1.3F, held_paleness = 0.35F;
 constexpr float arrow_m = 0.05F;  ///< Its tip is what a hand drags (the model's icon_arrow_m).
 constexpr float least_arrow_radii = 5.0F, arrow_width_radii = 0.95F;
-constexpr float label_radii = 1.5F;                             ///< Beside the ball ...
+constexpr float label_radii = 1.5F;                              ///< Beside the ball ...
 constexpr float label_lift_m = 0.035F, label_lift_share = 0.2F;  ///< ... and before the surface about it.
-constexpr float label_px = 15.0F;                               ///< Of a picture 720 high.
+constexpr float label_px = 15.0F;                                ///< Of a picture 720 high.
 constexpr float leaning_share = 0.3F;  ///< Of its length to the right: the word is left of such an arrow.
 constexpr float line_px = 5.0F, held_line_px = 8.0F, light_edge = 0.3F;
 constexpr float halo_reach_radii = 2.6F;

@@ -165,10 +165,9 @@ Result<std::unique_ptr<MessageServer>> MessageServer::listen(asio::any_io_execut
                std::move(log));
 }
 
-Result<std::unique_ptr<MessageServer>> MessageServer::serve(asio::any_io_executor executor,
-                                                            Listener listener, ServerOptions options,
-                                                            ServerEvents events, const Clock& clock,
-                                                            Logger log) {
+Result<std::unique_ptr<MessageServer>> MessageServer::serve(asio::any_io_executor executor, Listener listener,
+                                                            ServerOptions options, ServerEvents events,
+                                                            const Clock& clock, Logger log) {
   auto shared = std::make_shared<ServerShared>(
       ServerShared{std::move(options), std::move(events), &clock, std::move(log), {}, {}});
   auto implementation =

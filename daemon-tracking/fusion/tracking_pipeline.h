@@ -73,8 +73,8 @@ class TrackingPipeline {
   void consume(const DeviceBytes& bytes);
   void consume(const DevicePresence& presence);
 
-  /// A snapshot without an observation: a device came or went, or no camera delivers. Carried to `time`, or to
-  /// the newest observation or tick if that is later, so that snapshots never go back in time.
+  /// A snapshot without an observation: a device came or went, or no camera delivers. Carried to `time`, or
+  /// to the newest observation or tick if that is later, so that snapshots never go back in time.
   FusedState tick(TimePoint time);
 
   /// The state carried to `time` (not before the newest observation) with the one prediction formula.

@@ -26,8 +26,7 @@ class FastSession {
   std::vector<FrameLosses> losses() const;
 
  private:
-  void consume(const Sample& sample, FusionStage& stage, Publisher& publisher,
-               const SessionControl& control);
+  void consume(const Sample& sample, FusionStage& stage, Publisher& publisher, const SessionControl& control);
   SessionControl::Wake wait_until_due(const Sample& sample, const SessionControl& control);
 
   std::vector<CameraTracker> trackers_;

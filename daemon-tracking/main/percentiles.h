@@ -17,7 +17,8 @@ class Percentiles {
   std::uint64_t count() const { return count_; }
 
  private:
-  static constexpr std::size_t capacity = 1 << 13;  // Reached within five minutes at 30 Hz; 82 lie above the p99.
+  static constexpr std::size_t capacity =
+      1 << 13;  // Reached within five minutes at 30 Hz; 82 lie above the p99.
   std::vector<double> kept_;
   std::uint64_t count_ = 0;
   std::uint64_t stride_ = 1;  // Every stride-th value is kept; doubles when the memory is full.

@@ -33,8 +33,8 @@ class Publisher {
   const net::Endpoint& endpoint() const;
 
   /// Who is handed the glove's feedback of any subscriber (T9): valid, and at most `feedback_rate_hz` a
-  /// subscriber but for a short burst; what comes faster is dropped. On one of the executor's threads, one call
-  /// at a time; it must be quick. Empty, as at first: feedback is accepted and forgotten.
+  /// subscriber but for a short burst; what comes faster is dropped. On one of the executor's threads, one
+  /// call at a time; it must be quick. Empty, as at first: feedback is accepted and forgotten.
   void on_glove_feedback(std::function<void(const v1::GloveFeedback&)> callback);
   static constexpr double feedback_rate_hz = 50.0;  ///< A hand feels no pulses that follow faster.
   static constexpr double feedback_burst = 10.0;
@@ -45,8 +45,8 @@ class Publisher {
   void publish(v1::TrackingFrame& frame);
 
   /// For replays: waits while a subscriber that asked for every frame has more than a few of them unread, at
-  /// most `timeout`. A subscriber that takes longer is closed, so that it can't hold up the rest. Returns early,
-  /// and closes nobody, once `give_up` (asked ten times a second; may be empty) says so.
+  /// most `timeout`. A subscriber that takes longer is closed, so that it can't hold up the rest. Returns
+  /// early, and closes nobody, once `give_up` (asked ten times a second; may be empty) says so.
   void wait_for_readers(std::chrono::milliseconds timeout, const std::function<bool()>& give_up = {});
   /// Waits until everything was sent, or for `timeout`. True: all was.
   bool drain(std::chrono::milliseconds timeout);

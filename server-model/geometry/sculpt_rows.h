@@ -21,8 +21,9 @@ struct SculptRow {
   Vec3 target = Vec3::Zero();
   std::optional<Vec3> along;  ///< Any length but 0.
   /// How far off, in the functional's unit (metres, or metres a parameter), it may be before that is a
-  /// conflict. 0: as rounding makes. Those with one are soft: a curve has more places than a surface can meet,
-  /// and what its control points can hardly do would be bought with huge waves elsewhere. See SculptSystem.
+  /// conflict. 0: as rounding makes. Those with one are soft: a curve has more places than a surface can
+  /// meet, and what its control points can hardly do would be bought with huge waves elsewhere. See
+  /// SculptSystem.
   double tolerance = 0;
   /// Held by a spring, not exactly (D11's penalty): it gives way by so much under a unit of force.
   double yield = 0;

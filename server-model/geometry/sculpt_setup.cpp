@@ -81,8 +81,7 @@ Eigen::MatrixXd loose_modes(const Eigen::MatrixXd& modes, const std::vector<std:
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(moved);
   const double largest = eigen.eigenvalues()[modes.cols() - 1];
   Eigen::Index loose = 0;
-  while (loose < modes.cols() && !(eigen.eigenvalues()[loose] > least_pinned * largest))
-    ++loose;
+  while (loose < modes.cols() && !(eigen.eigenvalues()[loose] > least_pinned * largest)) ++loose;
   return modes * eigen.eigenvectors().leftCols(loose);
 }
 

@@ -288,7 +288,8 @@ TEST(StiffnessSolver, LargeSurfacesAreSolvedByIteration) {
   EXPECT_EQ(region->report().iterations, 0);
   IterativeOptions fewer;
   fewer.direct_unknowns = 10;
-  const auto iterated = make_stiffness_solver({graded_knots(3, 20, 1), graded_knots(3, 20, 1), {}, {}}, fewer);
+  const auto iterated =
+      make_stiffness_solver({graded_knots(3, 20, 1), graded_knots(3, 20, 1), {}, {}}, fewer);
   EXPECT_TRUE((*iterated)->solve(Eigen::VectorXd::Ones((*iterated)->size())).ok());
   EXPECT_GT((*iterated)->report().iterations, 0);
 }
