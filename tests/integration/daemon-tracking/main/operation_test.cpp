@@ -111,7 +111,7 @@ class TrackdOperation : public testing::Test {
     return answer;
   }
 
-  const SystemClock clock_;
+  const SystemClock clock_{};
   test::TemporaryDirectory folder_;
 };
 
