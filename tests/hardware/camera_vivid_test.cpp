@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "daemon-tracking/source/camera/v4l2_camera.h"
+#include "tests/support/camera_inbox.h"
 
 namespace handloft::tracking {
 namespace {
@@ -25,40 +26,6 @@ using std::chrono::seconds;
 
 // Of the emulated machine: only a failing test waits so long.
 constexpr auto patience = seconds(30);
-
-class Inbox {
- public:
-  SampleSink sink() {
-    return [this](Sample sample) {
-      const std::lock_guard lock(mutex_);
-      if (const auto* frame = std::get_if<CameraFrame>(&sample)) frames_.push_back(*frame);
-      if (const auto* presence = std::get_if<DevicePresence>(&sample)) presences_.push_back(*presence);
-      changed_.notify_all();
-    };
-  }
-  bool wait_frames(std::size_t count) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, patience, [&] { return frames_.size() >= count; });
-  }
-  bool wait_presences(std::size_t count) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, patience, [&] { return presences_.size() >= count; });
-  }
-  std::vector<CameraFrame> frames() {
-    const std::lock_guard lock(mutex_);
-    return frames_;
-  }
-  std::vector<DevicePresence> presences() {
-    const std::lock_guard lock(mutex_);
-    return presences_;
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<CameraFrame> frames_;
-  std::vector<DevicePresence> presences_;
-};
 
 void bind_driver(const char* what) {
   std::ofstream file(std::string("/sys/bus/platform/drivers/vivid/") + what);
@@ -121,7 +88,7 @@ struct VividT1 : ::testing::Test {
   SystemClock clock;
   std::unique_ptr<HotplugMonitor> hotplug;
   V4l2CameraOptions options;
-  Inbox inbox;
+  test::CameraInbox inbox{patience};
   std::unique_ptr<V4l2Camera> camera;
 };
 
@@ -181,7 +148,7 @@ TEST_F(VividT1, ASecondReaderIsToldThatTheCameraIsInUse) {
   start();
   ASSERT_TRUE(inbox.wait_frames(1));
   const auto second = make_v4l2_camera(1, "camera/right", options, clock, Logger("camera"));
-  Inbox other;
+  test::CameraInbox other{patience};
   ASSERT_TRUE(second->start(other.sink()).ok());
   ASSERT_TRUE(other.wait_presences(1));
   EXPECT_FALSE(other.presences()[0].present);

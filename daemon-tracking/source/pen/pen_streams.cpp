@@ -7,6 +7,7 @@
 #include <deque>
 #include <numbers>
 
+#include "daemon-tracking/source/paced_device.h"
 #include "daemon-tracking/source/recorded/recorded_stream.h"
 
 namespace handloft::tracking {
@@ -20,19 +21,6 @@ constexpr double loop_s = 4.0;        // Once round the eight.
 constexpr double erasing_from = 0.7;  // Part of the time.
 constexpr double largest_tilt_rad = 0.5;
 constexpr double metres_per_unit = 1e-3 / units_per_mm;
-
-class PacedPen final : public PenSource {
- public:
-  PacedPen(std::unique_ptr<SampleStream> stream, const Clock& clock, PaceOptions pace)
-      : source_(pen_device, std::move(stream), clock, pace) {}
-  const std::string& name() const override { return source_.name(); }
-  Status start(SampleSink sink) override { return source_.start(std::move(sink)); }
-  void stop() override { source_.stop(); }
-  bool finished() const override { return source_.finished(); }
-
- private:
-  PacedSource source_;
-};
 
 class SimulatedPen final : public SampleStream {
  public:
@@ -118,14 +106,15 @@ std::unique_ptr<SampleStream> simulated_pen_stream(const SimulatedPenOptions& op
 
 std::unique_ptr<PenSource> make_simulated_pen(const SimulatedPenOptions& options, const Clock& clock,
                                               PaceOptions pace) {
-  return std::make_unique<PacedPen>(simulated_pen_stream(options), clock, pace);
+  return std::make_unique<PacedDevice<PenSource>>(pen_device, simulated_pen_stream(options), clock, pace);
 }
 
 Result<std::unique_ptr<PenSource>> open_recorded_pen(const std::filesystem::path& path, const Clock& clock,
                                                      PaceOptions pace) {
   auto stream = RecordedStream::open(path, {RecordedSelection::Kind::pen, 0, pen_device});
   if (!stream) return stream.error();
-  return std::unique_ptr<PenSource>(std::make_unique<PacedPen>(std::move(*stream), clock, pace));
+  return std::unique_ptr<PenSource>(
+      std::make_unique<PacedDevice<PenSource>>(pen_device, std::move(*stream), clock, pace));
 }
 
 }  // namespace handloft::tracking

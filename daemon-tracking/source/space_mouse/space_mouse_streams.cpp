@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon-tracking/source/paced_device.h"
 #include "daemon-tracking/source/recorded/recorded_stream.h"
 
 namespace handloft::tracking {
@@ -13,19 +14,6 @@ namespace {
 
 constexpr double rate_hz = 60.0;
 constexpr double full_scale = 350.0;
-
-class PacedSpaceMouse final : public SpaceMouseSource {
- public:
-  PacedSpaceMouse(std::unique_ptr<SampleStream> stream, const Clock& clock, PaceOptions pace)
-      : source_(space_mouse_device, std::move(stream), clock, pace) {}
-  const std::string& name() const override { return source_.name(); }
-  Status start(SampleSink sink) override { return source_.start(std::move(sink)); }
-  void stop() override { source_.stop(); }
-  bool finished() const override { return source_.finished(); }
-
- private:
-  PacedSource source_;
-};
 
 class SimulatedSpaceMouse final : public SampleStream {
  public:
@@ -93,7 +81,8 @@ std::unique_ptr<SampleStream> simulated_space_mouse_stream(const SimulatedSpaceM
 
 std::unique_ptr<SpaceMouseSource> make_simulated_space_mouse(const SimulatedSpaceMouseOptions& options,
                                                              const Clock& clock, PaceOptions pace) {
-  return std::make_unique<PacedSpaceMouse>(simulated_space_mouse_stream(options), clock, pace);
+  return std::make_unique<PacedDevice<SpaceMouseSource>>(space_mouse_device,
+                                                         simulated_space_mouse_stream(options), clock, pace);
 }
 
 Result<std::unique_ptr<SpaceMouseSource>> open_recorded_space_mouse(const std::filesystem::path& path,
@@ -101,7 +90,7 @@ Result<std::unique_ptr<SpaceMouseSource>> open_recorded_space_mouse(const std::f
   auto stream = RecordedStream::open(path, {RecordedSelection::Kind::space_mouse, 0, space_mouse_device});
   if (!stream) return stream.error();
   return std::unique_ptr<SpaceMouseSource>(
-      std::make_unique<PacedSpaceMouse>(std::move(*stream), clock, pace));
+      std::make_unique<PacedDevice<SpaceMouseSource>>(space_mouse_device, std::move(*stream), clock, pace));
 }
 
 }  // namespace handloft::tracking

@@ -11,6 +11,7 @@
 #include <condition_variable>
 #include <sstream>
 
+#include "tests/support/camera_inbox.h"
 #include "tests/support/fake_v4l2_system.h"
 
 namespace handloft::tracking {
@@ -27,41 +28,6 @@ constexpr const char* node = "/dev/video0";
 constexpr const char* other_node = "/dev/video1";
 // Far longer than anything takes: only a failing test waits so long.
 constexpr auto patience = std::chrono::seconds(20);
-
-// What the sink got, to be waited for.
-class Inbox {
- public:
-  SampleSink sink() {
-    return [this](Sample sample) {
-      const std::lock_guard lock(mutex_);
-      if (const auto* frame = std::get_if<CameraFrame>(&sample)) frames_.push_back(*frame);
-      if (const auto* presence = std::get_if<DevicePresence>(&sample)) presences_.push_back(*presence);
-      changed_.notify_all();
-    };
-  }
-  bool wait_frames(std::size_t count) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, patience, [&] { return frames_.size() >= count; });
-  }
-  bool wait_presences(std::size_t count) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, patience, [&] { return presences_.size() >= count; });
-  }
-  std::vector<CameraFrame> frames() {
-    const std::lock_guard lock(mutex_);
-    return frames_;
-  }
-  std::vector<DevicePresence> presences() {
-    const std::lock_guard lock(mutex_);
-    return presences_;
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<CameraFrame> frames_;
-  std::vector<DevicePresence> presences_;
-};
 
 FakeCamera webcam(const char* device = node) {
   FakeCamera camera;
@@ -112,7 +78,7 @@ struct CameraT3 : ::testing::Test {
   SystemClock real;
   ManualHotplug hotplug;
   V4l2CameraOptions options;
-  Inbox inbox;
+  test::CameraInbox inbox{patience};
   std::unique_ptr<V4l2Camera> camera;
 };
 
@@ -375,7 +341,7 @@ TEST_F(CameraT3, StopEndsDeliveryWhetherItStreamsOrWaits) {
   system->plug(webcam());
   std::unique_ptr<V4l2Camera> second =
       make_v4l2_camera(0, "camera/right", options, real, Logger("camera", LogLevel::off, log_sink), system);
-  Inbox second_inbox;
+  test::CameraInbox second_inbox{patience};
   ASSERT_TRUE(second->start(second_inbox.sink()).ok());
   EXPECT_EQ(second->start(second_inbox.sink()).error().code, ErrorCode::failed_precondition);
   ASSERT_TRUE(second_inbox.wait_presences(1));
