@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "client-hmd/mirror/read_curve.h"
+#include "common/codec/fingertips.h"
 
 namespace handloft::client {
 namespace {
@@ -43,6 +44,90 @@ Result<DiskMark> read_disk(const v1::DiskPose& pose, const ActivityLimits& limit
                    fmt::format("found {}, expected 0..{}", pose.radius_m(), limits.max_disk_radius_m));
   }
   return DiskMark{*centre, *normal, static_cast<float>(pose.radius_m())};
+}
+
+bool usable(v1::TrackingState state) {
+  return state == v1::TRACKING_TRACKED || state == v1::TRACKING_SINGLE || state == v1::TRACKING_PREDICTED;
+}
+
+HandPosture posture_of(v1::Gesture gesture) {
+  switch (gesture) {
+    case v1::GESTURE_CLOSED:
+      return HandPosture::closed;
+    case v1::GESTURE_POINTING:
+      return HandPosture::pointing;
+    case v1::GESTURE_ON_TABLE:
+      return HandPosture::on_table;
+    default:
+      return HandPosture::open;
+  }
+}
+
+/// A vector whose parts are within `limit`; errors name `field`.
+template <typename Numbers>
+Result<Vec3f> read_numbers(const Numbers& v, double limit, const char* field) {
+  for (const auto value : v) {
+    const double number = static_cast<double>(value);
+    if (!std::isfinite(number) || std::abs(number) > limit) {
+      return corrupt(field, fmt::format("expected numbers within {}", limit));
+    }
+  }
+  return Vec3f{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+/// nullopt: nothing of it is known.
+Result<std::optional<HandMark>> read_hand(const v1::HandState& hand, const ActivityLimits& limits) {
+  static_assert(codec::fingertip_count == tips_of_a_hand);
+  const auto tips = codec::unpack_fingertips(hand);
+  if (!tips) return make_error(tips.error().code, tips.error().message, "hand." + tips.error().field);
+  if (!(hand.pressure() >= 0.0 && hand.pressure() <= 1.0)) {
+    return corrupt("hand.pressure", fmt::format("found {}, expected 0..1", hand.pressure()));
+  }
+  HandMark mark;
+  mark.posture = posture_of(hand.gesture());
+  mark.pressure = static_cast<float>(hand.pressure());
+  mark.pressing = hand.pressing();
+  bool any = false;
+  for (std::size_t i = 0; i < tips_of_a_hand; ++i) {
+    const codec::FingertipRecord& tip = (*tips)[i];
+    if (!usable(tip.state)) continue;
+    const Result<Vec3f> place =
+        read_numbers(tip.position_m, limits.max_coordinate_m, "hand.fingertip_positions");
+    if (!place) return place.error();
+    const Result<Vec3f> velocity =
+        read_numbers(tip.velocity_m_s, limits.max_speed_m_s, "hand.fingertip_velocities");
+    if (!velocity) return velocity.error();
+    mark.tips[i] = {tip.state == v1::TRACKING_PREDICTED ? TipState::predicted : TipState::seen, *place,
+                    *velocity};
+    any = true;
+  }
+  return any ? std::optional(mark) : std::nullopt;
+}
+
+Result<std::optional<HeadMark>> read_head(const v1::HeadState& head, const ActivityLimits& limits) {
+  if (!usable(head.state())) return std::optional<HeadMark>();
+  const auto vector_of = [](const v1::Vec3& v) { return std::array{v.x(), v.y(), v.z()}; };
+  HeadMark mark;
+  const Result<Vec3f> place = read_place(head.world_from_head().position(), "head.position", limits);
+  if (!place) return place.error();
+  mark.place = *place;
+  const v1::Quaternion& q = head.world_from_head().orientation();
+  const double length = std::hypot(std::hypot(q.w(), q.x()), std::hypot(q.y(), q.z()));
+  constexpr double shortest = 1e-9;
+  if (!std::isfinite(length) || length < shortest) {
+    return corrupt("head.orientation", "expected a quaternion that can be normalised");
+  }
+  mark.orientation = {static_cast<float>(q.w() / length), static_cast<float>(q.x() / length),
+                      static_cast<float>(q.y() / length), static_cast<float>(q.z() / length)};
+  const Result<Vec3f> velocity =
+      read_numbers(vector_of(head.linear_velocity()), limits.max_speed_m_s, "head.linear_velocity");
+  if (!velocity) return velocity.error();
+  mark.velocity = *velocity;
+  const Result<Vec3f> turn =
+      read_numbers(vector_of(head.angular_velocity()), limits.max_turn_rad_s, "head.angular_velocity");
+  if (!turn) return turn.error();
+  mark.angular_velocity = *turn;
+  return std::optional(mark);
 }
 
 Result<PlaneMark> read_plane(const v1::Plane& plane, const ActivityLimits& limits) {
@@ -85,6 +170,16 @@ Result<Activity> read_activity(const v1::Presence& presence, const ActivityLimit
         read_curve(presence.curve(), {limits.max_curve_points, limits.max_coordinate_m});
     if (!curve) return make_error(curve.error().code, curve.error().message, "curve." + curve.error().field);
     activity.curve = std::make_shared<const SceneCurve>(std::move(*curve));
+  }
+  if (presence.has_hand()) {
+    const Result<std::optional<HandMark>> hand = read_hand(presence.hand(), limits);
+    if (!hand) return hand.error();
+    activity.hand = *hand;
+  }
+  if (presence.has_head()) {
+    const Result<std::optional<HeadMark>> head = read_head(presence.head(), limits);
+    if (!head) return head.error();
+    activity.head = *head;
   }
   return activity;
 }

@@ -1,14 +1,17 @@
 #pragma once
 // What somebody's hand does (Presence in scene.proto), checked: words for the HUD, and what hangs in the air
 // while it works: the modification disk (A13), the stroke being drawn (A18, A24), the plane of symmetry
-// (A12). It may come from anybody: a message with one bad number is refused whole. Metres, world frame.
+// (A12), and where its fingertips and its owner's head are, for the ghosts that others see (U1). It may come
+// from anybody: a message with one bad number is refused whole. Metres, world frame.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "client-hmd/mirror/scene.h"
+#include "common/base/clock.h"
 #include "common/base/result.h"
 #include "proto/scene.pb.h"
 
@@ -25,6 +28,35 @@ struct PlaneMark {
   Vec3f normal;  ///< Unit.
 };
 
+/// How sure a fingertip's place is (T6).
+enum class TipState { lost, predicted, seen };
+
+struct TipMark {
+  TipState state = TipState::lost;  ///< When lost, the rest means nothing.
+  Vec3f place;
+  Vec3f velocity;  ///< m/s
+};
+
+/// What hands do as a whole, which decides how the fingers are bent.
+enum class HandPosture { open, closed, pointing, on_table };
+
+inline constexpr std::size_t tips_of_a_hand = 5;
+
+struct HandMark {
+  std::array<TipMark, tips_of_a_hand> tips;  ///< Thumb to little finger.
+  HandPosture posture = HandPosture::open;
+  float pressure = 0.0F;  ///< 0..1
+  bool pressing = false;
+};
+
+/// A head: x right, y up, z backwards.
+struct HeadMark {
+  Vec3f place;
+  std::array<float, 4> orientation{1.0F, 0.0F, 0.0F, 0.0F};  ///< w, x, y, z; unit.
+  Vec3f velocity;                                            ///< m/s
+  Vec3f angular_velocity;                                    ///< rad/s, world
+};
+
 struct Activity {
   std::uint64_t client_id = 0;  ///< 0: a hand that tracking follows, nobody else.
   std::string name;             ///< With the client, tells hands apart: "hand", "hand 2".
@@ -38,6 +70,9 @@ struct Activity {
   std::uint32_t palette_page = 0;           ///< That the table shows; 0: not told.
   float range = 0.0F;                       ///< Of the propagation, 0..1 (A16).
   std::shared_ptr<const SceneCurve> curve;  ///< Being drawn; null: none.
+  std::optional<HandMark> hand;             ///< None when all fingertips are lost.
+  std::optional<HeadMark> head;             ///< None when it is not tracked.
+  TimePoint received_at;                    ///< Set by who receives it.
 };
 
 struct ActivityLimits {
@@ -45,6 +80,8 @@ struct ActivityLimits {
   std::size_t max_curve_points = 100'000;  ///< Nearly an hour of drawing at 30 points a second.
   double max_coordinate_m = 1e4;
   double max_disk_radius_m = 1.0;  ///< A hand's disk is 60 mm at most (A13); a metre hides the scene.
+  double max_speed_m_s = 1e3;      ///< A hand does 10 m/s; beyond this it is no measurement.
+  double max_turn_rad_s = 1e3;
 };
 
 /// Texts are cut at the limit; everything else that is wrong is an error (data_corrupt, resource_exhausted)

@@ -58,7 +58,7 @@ struct ModelFeed::Implementation {
       log.warning("cannot join: {}", sent.error().describe());
   }
 
-  void on_connected(const net::ClockOffset& clock_offset) {
+  void on_connected(const v1::Welcome& welcome, const net::ClockOffset& clock_offset) {
     // On one host both read the same clock, and the estimate would only add its error.
     offset = endpoint.kind == net::Endpoint::Kind::unix_socket ? net::ClockOffset{} : clock_offset;
     {
@@ -66,6 +66,7 @@ struct ModelFeed::Implementation {
       ++statistics.connects;
     }
     state.connected = true;
+    state.own_client_id = welcome.client_id();
     state.problem.clear();
     state.activities.clear();
     state.last_heard = clock.now();
@@ -127,6 +128,7 @@ struct ModelFeed::Implementation {
       }
       return;
     }
+    activity->received_at = clock.now();
     ActivityKey key{activity->client_id, activity->name};
     if (state.activities.count(key) != 0 || state.activities.size() < max_activities) {
       state.activities[std::move(key)] = std::move(*activity);
@@ -181,8 +183,8 @@ std::unique_ptr<ModelFeed> ModelFeed::start(const net::Endpoint& endpoint, const
   options.program = program_version("handloft-hmd");
   options.reconnect = net::Reconnect::always;
   net::ClientEvents events;
-  events.on_connected = [self](const v1::Welcome&, const net::ClockOffset& offset) {
-    self->on_connected(offset);
+  events.on_connected = [self](const v1::Welcome& welcome, const net::ClockOffset& offset) {
+    self->on_connected(welcome, offset);
   };
   events.on_message = [self](v1::Envelope& envelope) { self->on_message(envelope); };
   events.on_disconnected = [self](const Error& error) { self->on_disconnected(error); };

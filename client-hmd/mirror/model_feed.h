@@ -37,6 +37,7 @@ struct ModelState {
   bool has_capture_time = false;
   TimePoint scene_capture_time;  ///< The same, but only of what shaped `scene`, not of presence; 0: none.
   std::map<ActivityKey, Activity> activities;
+  std::uint64_t own_client_id = 0;  ///< As the server's Welcome named us; 0: not yet.
 };
 
 struct ModelFeedStatistics {

@@ -46,7 +46,7 @@ struct SurfaceVertex {
 struct SurfaceMesh {
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;  ///< Three a triangle, always valid.
-  std::uint64_t topology = 0;  ///< Meshes of an entity with the same one, not 0, have the same indices.
+  std::uint64_t topology = 0;  ///< The mirror's: meshes with the same one, not 0, have the same indices.
 };
 
 enum class CurveKind { curve, profile, boundary };
@@ -56,6 +56,7 @@ struct SceneCurve {
   bool closed = false;
   std::uint32_t colour_rgba = 0;  ///< 0: the viewer's choice for the kind.
   CurveKind kind = CurveKind::curve;
+  bool operator==(const SceneCurve&) const = default;
 };
 
 enum class Representation { points, surface, both };
@@ -78,6 +79,7 @@ struct SceneIcon {
   std::uint32_t colour_rgba = 0;
   bool target = false;  ///< What a hand would pick now.
   bool held = false;    ///< Driven now.
+  bool operator==(const SceneIcon&) const = default;
 };
 
 /// What an entity is: a shape that hands work on, an imported mesh to design around (A28), a surface that is
@@ -91,11 +93,13 @@ struct Entity {
   std::uint64_t revision = 0;
   Representation representation = Representation::points;
   bool provisional = false;
+  std::uint64_t provisional_by = 0;            ///< Whose gesture, a client's id; 0: the tracked hand's.
   bool selected = false;                       ///< What gestures act on.
   bool target = false;                         ///< What the hand would act on now: nearest within reach.
   std::shared_ptr<const PointSet> points;      ///< Null: none.
   std::uint32_t settled_points = 0;            ///< Those that stood before the gesture that is in the air.
   std::shared_ptr<const SurfaceMesh> surface;  ///< Null: none.
+  std::uint64_t wire_topology = 0;             ///< What the server calls the surface's triangles.
   /// One a vertex of `surface`, signed metres to the nearest reference, positive on the side of its outward
   /// normals; null: not compared, or not measured yet.
   std::shared_ptr<const std::vector<float>> distances_m;

@@ -71,6 +71,19 @@ void check(const handloft::v1::Presence& presence) {
             activity->disk->radius_m >= 0.0F && activity->disk->radius_m <= 1.0F);
   }
   if (activity->symmetry_plane) require(std::isfinite(activity->symmetry_plane->normal.z));
+  if (activity->hand) {
+    for (const auto& tip : activity->hand->tips) {
+      require(std::isfinite(tip.place.x + tip.place.y + tip.place.z));
+      require(std::isfinite(tip.velocity.x + tip.velocity.y + tip.velocity.z));
+    }
+    require(activity->hand->pressure >= 0.0F && activity->hand->pressure <= 1.0F);
+  }
+  if (activity->head) {
+    const auto& q = activity->head->orientation;
+    require(std::abs(std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3])) - 1.0F) < 0.01F);
+    require(std::isfinite(activity->head->place.x + activity->head->velocity.y +
+                          activity->head->angular_velocity.z));
+  }
   if (activity->curve != nullptr) {
     for (const auto& point : activity->curve->points) require(std::isfinite(point.x + point.y + point.z));
   }

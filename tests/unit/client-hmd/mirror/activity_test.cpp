@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "client-hmd/mirror/read_curve.h"
+#include "common/codec/fingertips.h"
 
 namespace handloft::client {
 namespace {
@@ -38,6 +39,21 @@ v1::Presence pushing() {
   v1::Polyline& curve = *presence.mutable_curve();
   curve.set_points(packed({{0, 0, 0}, {0.1F, 0, 0}}));
   curve.set_kind(v1::Polyline::BOUNDARY);
+  codec::Fingertips tips;
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    tips[i].state = i == 0 ? v1::TRACKING_PREDICTED : v1::TRACKING_SINGLE;
+    tips[i].position_m = {0.02 * static_cast<double>(i), 0.05, 0.1};
+    tips[i].velocity_m_s = {0.0F, 0.3F, 0.0F};
+  }
+  tips[4].state = v1::TRACKING_LOST;
+  codec::pack_fingertips(tips, *presence.mutable_hand());
+  presence.mutable_hand()->set_gesture(v1::GESTURE_CLOSED);
+  presence.mutable_hand()->set_pressure(0.5);
+  v1::HeadState& head = *presence.mutable_head();
+  head.set_state(v1::TRACKING_TRACKED);
+  head.mutable_world_from_head()->mutable_position()->set_z(0.5);
+  head.mutable_world_from_head()->mutable_orientation()->set_w(2.0);
+  head.mutable_linear_velocity()->set_x(0.1);
   return presence;
 }
 
@@ -57,6 +73,33 @@ TEST(Activity, ReadsAllThatHangsInTheAir) {
   ASSERT_NE(activity->curve, nullptr);
   EXPECT_EQ(activity->curve->kind, CurveKind::boundary);
   EXPECT_EQ(activity->curve->points.size(), 2U);
+}
+
+TEST(Activity, ReadsWhereHandAndHeadAre_U1) {
+  const Result<Activity> activity = read_activity(pushing());
+  ASSERT_TRUE(activity.ok());
+  ASSERT_TRUE(activity->hand);
+  EXPECT_EQ(activity->hand->posture, HandPosture::closed);
+  EXPECT_FLOAT_EQ(activity->hand->pressure, 0.5F);
+  EXPECT_EQ(activity->hand->tips[0].state, TipState::predicted);
+  EXPECT_EQ(activity->hand->tips[2].state, TipState::seen);
+  EXPECT_EQ(activity->hand->tips[2].place, (Vec3f{0.04F, 0.05F, 0.1F}));
+  EXPECT_EQ(activity->hand->tips[2].velocity, (Vec3f{0, 0.3F, 0}));
+  EXPECT_EQ(activity->hand->tips[4].state, TipState::lost);
+  ASSERT_TRUE(activity->head);
+  EXPECT_EQ(activity->head->place, (Vec3f{0, 0, 0.5F}));
+  EXPECT_FLOAT_EQ(activity->head->orientation[0], 1.0F) << "normalised on receipt";
+}
+
+TEST(Activity, WhatIsLostIsNotRead_T6) {
+  v1::Presence presence = pushing();
+  presence.mutable_head()->set_state(v1::TRACKING_LOST);
+  presence.mutable_head()->mutable_world_from_head()->mutable_position()->set_x(nan);
+  codec::pack_fingertips({}, *presence.mutable_hand());
+  const Result<Activity> activity = read_activity(presence);
+  ASSERT_TRUE(activity.ok()) << activity.error().describe();
+  EXPECT_FALSE(activity->hand);
+  EXPECT_FALSE(activity->head);
 }
 
 TEST(Activity, AnIdleHandHasNothingInTheAir) {
@@ -98,6 +141,29 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiler{"disk.radius_m", [](v1::Presence& p) { p.mutable_disk()->set_radius_m(-0.01); }},
         Spoiler{"disk.radius_m", [](v1::Presence& p) { p.mutable_disk()->set_radius_m(30.0); }},
         Spoiler{"range", [](v1::Presence& p) { p.set_range(nan); }},
+        Spoiler{"hand.fingertip_positions",
+                [](v1::Presence& p) { p.mutable_hand()->set_fingertip_positions(4, nan); }},
+        Spoiler{"hand.fingertip_positions",
+                [](v1::Presence& p) { p.mutable_hand()->set_fingertip_positions(4, 1e9); }},
+        Spoiler{"hand.fingertip_positions",
+                [](v1::Presence& p) { p.mutable_hand()->add_fingertip_positions(0.0); }},
+        Spoiler{"hand.fingertip_velocities",
+                [](v1::Presence& p) { p.mutable_hand()->set_fingertip_velocities(0, 1e6F); }},
+        Spoiler{"hand.pressure", [](v1::Presence& p) { p.mutable_hand()->set_pressure(nan); }},
+        Spoiler{"head.position",
+                [](v1::Presence& p) {
+                  p.mutable_head()->mutable_world_from_head()->mutable_position()->set_y(infinite);
+                }},
+        Spoiler{"head.orientation",
+                [](v1::Presence& p) { p.mutable_head()->mutable_world_from_head()->clear_orientation(); }},
+        Spoiler{"head.orientation",
+                [](v1::Presence& p) {
+                  p.mutable_head()->mutable_world_from_head()->mutable_orientation()->set_y(nan);
+                }},
+        Spoiler{"head.linear_velocity",
+                [](v1::Presence& p) { p.mutable_head()->mutable_linear_velocity()->set_z(nan); }},
+        Spoiler{"head.angular_velocity",
+                [](v1::Presence& p) { p.mutable_head()->mutable_angular_velocity()->set_z(1e9); }},
         Spoiler{"range", [](v1::Presence& p) { p.set_range(1.5); }},
         Spoiler{"symmetry_plane.normal", [](v1::Presence& p) { p.mutable_symmetry_plane()->clear_normal(); }},
         Spoiler{"symmetry_plane.origin",
