@@ -43,6 +43,75 @@ enum class PaletteCommand {
   delete_icon,
 };
 
+/// What programs call a command (HandCommand.command): the enumerator's name, never changed.
+constexpr std::string_view palette_command_name(PaletteCommand command) {
+  switch (command) {
+    case PaletteCommand::fit:
+      return "fit";
+    case PaletteCommand::representation:
+      return "representation";
+    case PaletteCommand::new_shape:
+      return "new_shape";
+    case PaletteCommand::symmetry:
+      return "symmetry";
+    case PaletteCommand::undo:
+      return "undo";
+    case PaletteCommand::redo:
+      return "redo";
+    case PaletteCommand::select_next:
+      return "select_next";
+    case PaletteCommand::select_nearest:
+      return "select_nearest";
+    case PaletteCommand::move:
+      return "move";
+    case PaletteCommand::duplicate:
+      return "duplicate";
+    case PaletteCommand::erase:
+      return "erase";
+    case PaletteCommand::both:
+      return "both";
+    case PaletteCommand::refit_plane:
+      return "refit_plane";
+    case PaletteCommand::degree:
+      return "degree";
+    case PaletteCommand::exponent:
+      return "exponent";
+    case PaletteCommand::trim_mode:
+      return "trim_mode";
+    case PaletteCommand::keep_curve:
+      return "keep_curve";
+    case PaletteCommand::new_alternative:
+      return "new_alternative";
+    case PaletteCommand::next_alternative:
+      return "next_alternative";
+    case PaletteCommand::export_file:
+      return "export_file";
+    case PaletteCommand::next_page:
+      return "next_page";
+    case PaletteCommand::falloff:
+      return "falloff";
+    case PaletteCommand::sculpt:
+      return "sculpt";
+    case PaletteCommand::commit_sculpting:
+      return "commit_sculpting";
+    case PaletteCommand::recover_sculpting:
+      return "recover_sculpting";
+    case PaletteCommand::icon_pen:
+      return "icon_pen";
+    case PaletteCommand::icon_property:
+      return "icon_property";
+    case PaletteCommand::icon_role:
+      return "icon_role";
+    case PaletteCommand::icon_state:
+      return "icon_state";
+    case PaletteCommand::icon_stiffness:
+      return "icon_stiffness";
+    case PaletteCommand::delete_icon:
+      return "delete_icon";
+  }
+  return {};
+}
+
 /// A rectangle on the table, z = 0: centre and full extents in metres.
 struct PaletteCell {
   PaletteCommand command;
@@ -144,6 +213,14 @@ constexpr const PaletteCell& palette_cell_of(PaletteCommand command) {
     if (cell.command == command) return cell;
   }
   return table_palette.front();
+}
+
+/// The command of that name; nullopt: none has it.
+constexpr std::optional<PaletteCommand> palette_command_named(std::string_view name) {
+  for (const PaletteCell& cell : table_palette) {
+    if (palette_command_name(cell.command) == name) return cell.command;
+  }
+  return std::nullopt;
 }
 
 }  // namespace handloft

@@ -231,7 +231,7 @@ Status ServerConnection::shake_hands() {
   }
   hello_timer_.cancel();
   said_hello_ = true;
-  peer_ = {hello.role(), hello.program(), hello.name(), hello.protocol_minor()};
+  peer_ = {hello.role(), hello.program(), hello.name(), hello.protocol_minor(), hello.sent_ns(), received};
   decoder_.set_max_frame_bytes(shared_->options.max_frame_bytes);
 
   v1::Envelope answer;

@@ -24,6 +24,8 @@ struct PeerInfo {
   std::string program;
   std::string name;
   std::uint32_t protocol_minor = 0;
+  std::int64_t hello_sent_ns = 0;  ///< t0 on the peer's clock, as it says.
+  TimePoint hello_received;        ///< t1 on ours.
 };
 
 struct ConnectionStatistics {

@@ -47,7 +47,7 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
   mutable std::mutex mutex;
   std::map<std::uint64_t, std::weak_ptr<ServerConnection>> connections;
   std::set<std::uint64_t> half_open;
-  std::uint64_t next_id = 1;
+  std::uint64_t next_id = shared->options.first_client_id;
   bool stopped = false;
 
   asio::awaitable<void> accept_all() {

@@ -20,7 +20,7 @@
 namespace handloft::net {
 
 inline constexpr std::uint32_t protocol_major = 1;
-inline constexpr std::uint32_t protocol_minor = 0;
+inline constexpr std::uint32_t protocol_minor = 1;
 
 struct ServerOptions {
   std::string program = "handloft";  ///< In the Welcome: "handloft-modeld 0.1.0".
@@ -29,6 +29,9 @@ struct ServerOptions {
   std::chrono::milliseconds hello_timeout{5000};  ///< A peer that has not said hello by then is closed.
   std::size_t max_connections = 256;  ///< With those in the handshake; more are refused with a reason.
   std::size_t max_half_open = 64;     ///< Peers in the handshake at a time.
+  /// Of the first connection; those after it count on. Servers of one session begin far apart, so that no two
+  /// of its clients have the same.
+  std::uint64_t first_client_id = 1;
   OutboxLimits outbox = {};
   /// The kernel's buffer for each peer: what a slow reader still gets of the past before the newest. 0: the
   /// system's.

@@ -72,9 +72,11 @@ Result<Submitted> Model::step_history(const v1::Operation& operation) {
 }
 
 Result<v1::QueryResult> Model::query(const v1::Query& query) const {
-  return answer(
+  auto result = answer(
       query, history_.current(), history_, [this](std::string_view id) { return revision(id); },
       context_.limits);
+  if (result && result->has_control_net()) result->mutable_control_net()->set_sequence(sequence_);
+  return result;
 }
 
 Result<ProvisionalId> Model::begin_provisional(const v1::Operation& operation) {

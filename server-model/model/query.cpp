@@ -7,6 +7,7 @@
 #include "server-model/geometry/surface_pick.h"
 #include "server-model/model/canonical.h"
 #include "server-model/model/comparison.h"
+#include "server-model/model/control_net.h"
 #include "server-model/model/reference_distance.h"
 #include "server-model/model/sculpt_place.h"
 #include "server-model/model/sculpt_query.h"
@@ -244,6 +245,8 @@ Result<v1::QueryResult> answer(const v1::Query& query, const Document& document,
       return sculpt(query.sculpt(), document);
     case v1::Query::kPick:
       return pick(query.pick(), document, limits);
+    case v1::Query::kControlNet:
+      return control_net(query.control_net(), document);
     case v1::Query::BODY_NOT_SET:
       break;
   }
