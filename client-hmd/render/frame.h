@@ -8,9 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "client-hmd/mirror/control_net.h"
 #include "client-hmd/mirror/scene.h"
 #include "client-hmd/render/distance_map.h"
 #include "client-hmd/render/image.h"
+#include "client-hmd/render/look.h"
 #include "client-hmd/view/pinhole.h"
 #include "common/base/table_palette.h"
 
@@ -76,12 +78,6 @@ struct Overlay {
   std::vector<OverlayText> texts;
 };
 
-/// How surfaces are lit.
-enum class Shading {
-  studio,  ///< Lamps and soft reflections.
-  zebra,   ///< Stripes that are mirrored: bent where the curvature changes, broken where the tangent does.
-};
-
 struct Frame {
   std::shared_ptr<const Scene> scene;  ///< Null: an empty one.
   Eye eye;
@@ -95,6 +91,9 @@ struct Frame {
   std::optional<PaletteCommand> touched;                      ///< The palette's cell under the hand.
   std::optional<DistanceScale> distances;                     ///< Shapes show theirs (A28); references fade.
   Shading shading = Shading::studio;
+  CurvatureView curvature;   ///< Which, where `shading` shows it.
+  SurfaceOverlays overlays;  ///< Lines over surfaces.
+  ControlNets control_nets;  ///< Of the entities that have one, as far as it is known.
   Overlay overlay;
   glm::mat3 warp{1.0F};  ///< rotation_warp(): drawn pixel from display pixel.
 };
