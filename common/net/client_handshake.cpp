@@ -27,7 +27,21 @@ Error lost(std::string_view why) {
 
 }  // namespace
 
+namespace {
+
+/// Of a stranger's text: at most `most` bytes, and nothing that moves a terminal's cursor.
+std::string plain_words(const std::string& text, std::size_t most) {
+  std::string words = text.substr(0, most);
+  for (char& c : words) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+  }
+  return words;
+}
+
+}  // namespace
+
 Error error_of(const v1::Failure& failure) {
+  constexpr std::size_t longest_message = 512, longest_field = 128;
   constexpr std::array codes{ErrorCode::invalid_argument,
                              ErrorCode::not_found,
                              ErrorCode::already_exists,
@@ -43,7 +57,9 @@ Error error_of(const v1::Failure& failure) {
                              ErrorCode::internal};
   const auto* code = std::find_if(codes.begin(), codes.end(),
                                   [&](ErrorCode known) { return to_string(known) == failure.code(); });
-  return make_error(code == codes.end() ? ErrorCode::internal : *code, failure.message(), failure.field());
+  return make_error(code == codes.end() ? ErrorCode::internal : *code,
+                    plain_words(failure.message(), longest_message),
+                    plain_words(failure.field(), longest_field));
 }
 
 bool worth_retrying(const Error& error) {
@@ -131,6 +147,15 @@ Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& opt
         fmt::format("the server speaks protocol {}.{}, this program {}.{}", welcome.protocol_major(),
                     welcome.protocol_minor(), protocol_major, protocol_minor),
         "welcome.protocol_major");
+  }
+  // Sums of times within this are no overflow: 36 years of a monotonic clock.
+  constexpr std::int64_t latest_ns = std::int64_t{1} << 60;
+  for (const std::int64_t time_ns : {welcome.received_ns(), welcome.sent_ns()}) {
+    if (time_ns < 0 || time_ns > latest_ns) {
+      return make_error(ErrorCode::data_corrupt,
+                        fmt::format("found {}, expected a time of 0..{} ns", time_ns, latest_ns),
+                        "welcome.sent_ns");
+    }
   }
   ClockOffset offset;
   const TimePoint their_receipt = from_ns(welcome.received_ns());

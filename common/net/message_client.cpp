@@ -17,13 +17,21 @@
 #include <thread>
 #include <vector>
 
+#include "common/net/backoff.h"
 #include "common/net/client_handshake.h"
+#include "common/net/message_parts.h"
 
 namespace handloft::net {
 
 namespace {
 
 constexpr int largest_backoff = 10;
+/// A connection that ends sooner counts as a failed attempt: else a server that greets and then sends
+/// nonsense would be joined again ten times a second.
+constexpr auto worth_keeping = std::chrono::seconds(2);
+/// A message below this is parsed without counting its parts: it cannot ask for more than some megabytes.
+constexpr std::size_t harmless_bytes = 64U << 10;
+constexpr int signs_of_life = 3;  ///< In a silence_timeout.
 /// Messages are taken apart in memory that is used again; larger ones than this take more from the heap.
 constexpr std::size_t arena_bytes = 64u << 10;
 /// The writer looks at least so often whether its connection still exists.
@@ -39,7 +47,9 @@ struct MessageClient::Implementation {
         events(std::move(callbacks)),
         clock(time),
         log(std::move(logger)),
-        wake(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+        wake(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
+        backoff(options.retry_interval, options.retry_interval * largest_backoff,
+                static_cast<std::uint64_t>(to_ns(time.now())) ^ static_cast<std::uint64_t>(::getpid())) {}
 
   const Endpoint endpoint;
   const ClientOptions options;
@@ -60,6 +70,7 @@ struct MessageClient::Implementation {
   std::uint64_t client_id = 0;
   ClockOffset offset;
 
+  Backoff backoff;                ///< the client's thread only
   std::uint64_t connections = 0;  ///< made so far
   std::condition_variable to_write;
 
@@ -170,11 +181,14 @@ struct MessageClient::Implementation {
     arena_options.initial_block_size = block.size();
     google::protobuf::Arena arena(arena_options);
     const int socket = fd.get();  // closed by this thread only
+    limit_silence(socket);
+    int silences = 0;
     while (!stopping) {
       for (;;) {
         const auto payload = decoder.next();
         if (!payload) return payload.error();
         if (!payload.value()) break;
+        if (const Status modest = check_parts(*payload.value()); !modest) return modest.error();
         auto* envelope = google::protobuf::Arena::CreateMessage<v1::Envelope>(&arena);
         if (const Status status = parse_envelope(*payload.value(), *envelope); !status) return status.error();
         received.fetch_add(1, std::memory_order_relaxed);
@@ -186,13 +200,40 @@ struct MessageClient::Implementation {
       const ssize_t count = ::recv(socket, room.data(), room.size(), 0);
       if (count > 0) {
         decoder.commit(static_cast<std::size_t>(count));
+        silences = 0;
       } else if (count == 0) {
         return make_error(ErrorCode::io, "the server closed the connection", "connection");
+      } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
+        if (++silences >= signs_of_life) {
+          return make_error(ErrorCode::timeout,
+                            fmt::format("heard nothing for {} ms", options.silence_timeout.count()),
+                            "connection");
+        }
+        ask_for_a_sign();
       } else if (errno != EINTR) {
         return make_error(ErrorCode::io, std::strerror(errno), "connection");
       }
     }
     return make_error(ErrorCode::cancelled, "stopped by us", "connection");
+  }
+
+  /// Lets recv() return now and then, at no cost while messages come.
+  void limit_silence(int socket) const {
+    const std::int64_t us = std::chrono::microseconds(options.silence_timeout).count() / signs_of_life;
+    const timeval patience{us / 1'000'000, us % 1'000'000};
+    if (us > 0) setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+  }
+
+  void ask_for_a_sign() {
+    v1::Envelope envelope;
+    envelope.mutable_ping()->set_sent_ns(to_ns(clock.now()));
+    static_cast<void>(send(envelope));
+  }
+
+  Status check_parts(std::span<const std::uint8_t> payload) const {
+    if (options.max_message_parts == 0 || payload.size() <= harmless_bytes) return {};
+    const Result<std::size_t> parts = count_message_parts(payload, options.max_message_parts);
+    return parts ? Status() : Status(parts.error());
   }
 
   std::optional<Error> deliver(v1::Envelope& envelope) {
@@ -234,7 +275,6 @@ struct MessageClient::Implementation {
   }
 
   std::optional<Handshake> reconnect() {
-    int backoff = 1;
     std::string last_reason;
     while (!stopping) {
       Result<Handshake> handshake =
@@ -242,10 +282,12 @@ struct MessageClient::Implementation {
       if (handshake) return std::move(*handshake);
       if (stopping) break;
       const std::string reason = handshake.error().describe();
-      if (reason != last_reason) log.info("waiting for {}: {}", endpoint.to_string(), reason);
+      if (reason != last_reason) {
+        log.info("waiting for {}: {}", endpoint.to_string(), reason);
+        if (events.on_attempt_failed) events.on_attempt_failed(handshake.error());
+      }
       last_reason = reason;
-      rest(options.retry_interval * backoff);
-      backoff = std::min(backoff * 2, largest_backoff);
+      rest(backoff.next());
     }
     return std::nullopt;
   }
@@ -255,12 +297,14 @@ struct MessageClient::Implementation {
     for (;;) {
       if (!handshake) handshake = reconnect();
       if (!handshake) return;
+      const SteadyTime begun = std::chrono::steady_clock::now();
       if (!adopted) adopt(*handshake);
       adopted = false;
       end_connection(receive_all(handshake->decoder));
       handshake.reset();
       if (stopping || reconnecting == Reconnect::never) return;
-      rest(options.retry_interval);
+      if (std::chrono::steady_clock::now() - begun >= worth_keeping) backoff.reset();
+      rest(backoff.next());
     }
   }
 };

@@ -25,11 +25,17 @@ struct ClientOptions {
   std::string name;  ///< Shown to others.
   std::uint32_t max_frame_bytes = default_max_frame_bytes;
   std::chrono::milliseconds connect_timeout{5000};  ///< All attempts of the first connect() together.
-  std::chrono::milliseconds retry_interval{100};    ///< Between two attempts; grows to ten times that.
+  /// Between two attempts; grows to ten times that while they fail, with jitter (backoff.h).
+  std::chrono::milliseconds retry_interval{100};
   std::chrono::milliseconds handshake_timeout{5000};
   Reconnect reconnect = Reconnect::never;
   /// What may wait to be sent; more is refused by send().
   std::size_t max_queued_bytes = 8u << 20;
+  /// A server that says nothing for a third of this is asked for a sign of life (Ping); when nothing came for
+  /// all of it, the connection counts as gone: its host may have lost power, which no socket tells. 0: never.
+  std::chrono::milliseconds silence_timeout{0};
+  /// Of one received message (message_parts.h); more end the connection. 0: any number.
+  std::size_t max_message_parts = 0;
 };
 
 /// The server's clock as seen from here, from the four times of the handshake: good to half the round trip.
@@ -49,6 +55,8 @@ struct ClientEvents {
   std::function<void(v1::Envelope&)> on_message;
   /// The connection is gone; with Reconnect::always another on_connected may follow.
   std::function<void(const Error&)> on_disconnected;
+  /// An attempt to connect failed, and another will follow: nobody listens, another version, no answer.
+  std::function<void(const Error&)> on_attempt_failed;
 };
 
 class MessageClient {
