@@ -229,9 +229,17 @@ void FlatPass::draw_labels(std::span<const SpaceLabel> labels, const EyeUniforms
     const float h = label.height_m;
     const float width = large_.atlas.measure(label.text) * h;
     const glm::vec2 size{width + 0.6F * h, 1.3F * h};
-    const float left = label.to_left ? -size.x : 0.0F;
-    add_panel(sheet, {{left, -0.5F * size.y}, size, 0.35F * h, face});
-    add_text(sheet, large_, {label.text, {left + 0.3F * h, 0.36F * h}, h, ink, TextAlign::left});
+    const float left = label.centred ? -0.5F * size.x : label.to_left ? -size.x : 0.0F;
+    const auto faded = [&label](glm::vec4 colour) {
+      return colour * glm::vec4(1.0F, 1.0F, 1.0F, label.opacity);
+    };
+    if (label.edge) {
+      const glm::vec2 rim(0.11F * h);
+      add_panel(sheet, {glm::vec2(left, -0.5F * size.y) - rim, size + 2.0F * rim, 0.46F * h,
+                        faded(glm::vec4(*label.edge, 0.95F))});
+    }
+    add_panel(sheet, {{left, -0.5F * size.y}, size, 0.35F * h, faded(face)});
+    add_text(sheet, large_, {label.text, {left + 0.3F * h, 0.36F * h}, h, faded(ink), TextAlign::left});
   }
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_FALSE);

@@ -11,6 +11,7 @@
 #include "client-hmd/mirror/control_net.h"
 #include "client-hmd/mirror/scene.h"
 #include "client-hmd/render/distance_map.h"
+#include "client-hmd/render/hand_shape.h"
 #include "client-hmd/render/image.h"
 #include "client-hmd/render/look.h"
 #include "client-hmd/view/pinhole.h"
@@ -78,6 +79,30 @@ struct Overlay {
   std::vector<OverlayText> texts;
 };
 
+/// Another user: where hand and head are, in that user's colour, and in words what the hand does (U1).
+struct GhostHint {
+  std::uint64_t client_id = 0;
+  std::string name;
+  std::string doing;       ///< "laying points"; empty: nothing.
+  std::string entity;      ///< Id of what it is done to; framed in the user's colour. Empty: none.
+  glm::vec3 colour{0.5F};  ///< Linear RGB.
+  float opacity = 1.0F;    ///< Falls when nothing more is heard.
+  HandTips tips;
+  HandPosture posture = HandPosture::open;
+  std::optional<RigidPose> head;  ///< OpenGL axes.
+  std::optional<DiskHint> disk;
+  std::shared_ptr<const SceneCurve> curve;  ///< Being drawn; null: none.
+};
+
+/// Whether the filmed hand hides what is virtual and behind it.
+enum class HandOcclusion { off, on };
+
+/// The hand that the film shows.
+struct FilmedHand {
+  HandTips tips;
+  HandPosture posture = HandPosture::open;
+};
+
 struct Frame {
   std::shared_ptr<const Scene> scene;  ///< Null: an empty one.
   Eye eye;
@@ -94,6 +119,11 @@ struct Frame {
   CurvatureView curvature;   ///< Which, where `shading` shows it.
   SurfaceOverlays overlays;  ///< Lines over surfaces.
   ControlNets control_nets;  ///< Of the entities that have one, as far as it is known.
+  SurfaceEdges edges = SurfaceEdges::soft;
+  Surroundings surroundings = Surroundings::workplace;
+  std::vector<GhostHint> ghosts;
+  std::optional<FilmedHand> filmed_hand;  ///< With film: where our own hand is in it.
+  HandOcclusion hand_occlusion = HandOcclusion::on;
   Overlay overlay;
   glm::mat3 warp{1.0F};  ///< rotation_warp(): drawn pixel from display pixel.
 };

@@ -4,6 +4,7 @@
 // pick has a halo, what it holds is larger and brighter. Their size is in millimetres, but never too small to
 // see.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,6 +21,9 @@ struct SpaceLabel {
   glm::vec3 position{0.0F};  ///< Of the edge where it is attached, at half its height.
   float height_m = 0.0F;
   bool to_left = false;  ///< It is attached at its right edge, else at its left one.
+  bool centred = false;  ///< It is attached at its middle; goes before `to_left`.
+  float opacity = 1.0F;
+  std::optional<glm::vec3> edge;  ///< Colour of a rim around it, linear RGB; none: no rim.
 };
 
 /// How one icon is drawn for an eye.

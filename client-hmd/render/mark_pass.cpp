@@ -101,8 +101,11 @@ void MarkPass::draw_balls(const Frame& frame, const EyeUniforms& eye, Stage stag
   }
 }
 
-void MarkPass::draw_opaque(const Frame& frame, const EyeUniforms& eye) {
+void MarkPass::draw_fingertips(const Frame& frame, const EyeUniforms& eye) {
   draw_balls(frame, eye, Stage::opaque);
+}
+
+void MarkPass::draw_curves(const Frame& frame, const EyeUniforms& eye) {
   if (frame.scene == nullptr) return;
   Ribbons lines;
   for (const auto& [id, entity] : frame.scene->entities) {

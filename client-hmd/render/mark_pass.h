@@ -12,8 +12,10 @@ class MarkPass {
  public:
   static Result<MarkPass> create();
 
-  /// Fingertips that are seen, and curves: with depth.
-  void draw_opaque(const Frame& frame, const EyeUniforms& eye);
+  /// The curves of shapes: with depth.
+  void draw_curves(const Frame& frame, const EyeUniforms& eye);
+  /// Fingertips that are seen: with depth.
+  void draw_fingertips(const Frame& frame, const EyeUniforms& eye);
   /// Fingertips that are predicted, and the plane of symmetry.
   void draw_transparent(const Frame& frame, const EyeUniforms& eye, Stage stage);
   /// The ring of pressure: over everything, since the eye steers by it.

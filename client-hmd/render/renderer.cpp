@@ -6,6 +6,8 @@
 
 #include "client-hmd/render/flat_pass.h"
 #include "client-hmd/render/gesture_pass.h"
+#include "client-hmd/render/ghost_pass.h"
+#include "client-hmd/render/hand_occlusion.h"
 #include "client-hmd/render/icon_pass.h"
 #include "client-hmd/render/mark_pass.h"
 #include "client-hmd/render/stage_pass.h"
@@ -76,6 +78,8 @@ struct Renderer::Implementation {
   MarkPass marks;
   GesturePass gestures;
   IconPass icons;
+  GhostPass ghosts;
+  HandOcclusionPass hand;
   FlatPass flat;
   GlProgram resolve;
   GlProgram copy;
@@ -94,6 +98,7 @@ struct Renderer::Implementation {
   void draw_transparent_stage(const Frame& frame, const EyeUniforms& eye, Stage which) {
     surfaces.draw(*resident, eye, which);
     points.draw(*resident, eye, which);
+    ghosts.draw(eye, which);
     marks.draw_transparent(frame, eye, which);
   }
 
@@ -113,6 +118,7 @@ struct Renderer::Implementation {
 
     begin_sums();
     points.draw(*resident, eye, Stage::weighted);
+    ghosts.draw(eye, Stage::weighted);
     resolve_sums();
   }
 
@@ -200,6 +206,7 @@ struct Renderer::Implementation {
       stage.update_shadow(*scene, surfaces, points);
     }
 
+    if (const Status built = ghosts.prepare(frame, eye, width, height); !built) return built.error();
     surfaces.show_distances(frame.distances);
     surfaces.show_shading(frame.shading);
     targets.bind_picture();
@@ -208,14 +215,23 @@ struct Renderer::Implementation {
     glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     stage.draw_background(frame);
+    const Result<bool> hidden_by_hand = hand.prepare(frame, eye, targets);
+    if (!hidden_by_hand) return hidden_by_hand.error();
     stage.draw_table(frame, eye);
     flat.draw_palette(frame, eye);
 
     glEnable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
     surfaces.draw(*scene, eye, Stage::opaque);
-    marks.draw_opaque(frame, eye);
+    marks.draw_curves(frame, eye);
     icons.draw(*scene, eye);
+    if (*hidden_by_hand) {
+      hand.cover(targets);
+      eye.hand_before = true;
+      bind_texture(8, GL_TEXTURE_2D, hand.mask());
+      glEnable(GL_DEPTH_TEST);
+    }
+    marks.draw_fingertips(frame, eye);
     if (options.transparency == Transparency::depth_peeling) {
       blend_peeled(frame, eye);
     } else {
@@ -225,6 +241,7 @@ struct Renderer::Implementation {
     gestures.draw(frame, eye);
     icons.draw_halos(*scene, eye);
     flat.draw_labels(icon_labels(*scene, eye), eye);
+    flat.draw_labels(ghost_labels(frame.ghosts, eye), eye);
     marks.draw_cursor(frame, eye);
 
     glBindFramebuffer(GL_FRAMEBUFFER, target);
@@ -265,6 +282,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create() {
        {take(StagePass::create(), parts->stage), take(SurfacePass::create(), parts->surfaces),
         take(PointPass::create(), parts->points), take(MarkPass::create(), parts->marks),
         take(GesturePass::create(), parts->gestures), take(IconPass::create(), parts->icons),
+        take(GhostPass::create(), parts->ghosts), take(HandOcclusionPass::create(), parts->hand),
         take(FlatPass::create(), parts->flat),
         take(GlProgram::build("resolve", vertex, resolve), parts->resolve),
         take(GlProgram::build("copy", vertex, copy), parts->copy),

@@ -31,6 +31,8 @@ uniform int u_stage;
 uniform vec4 u_weights;  // reference, falloff, smallest, largest (transparency.h)
 uniform sampler2D u_opaque_depth;
 uniform sampler2D u_last_depth;
+uniform int u_hand_before;       // There is a filmed hand: what is behind it is not seen.
+uniform sampler2D u_hand_mask;   // Its coverage, and that times its depth.
 
 const float as_good_as_opaque = 0.985;
 
@@ -42,7 +44,8 @@ void emit(vec3 colour, float alpha, float eye_depth) {
     return;
   }
   if (u_stage == 3) {
-    out_colour = vec4(alpha);
+    float height = max(u_above - eye_depth, 0.0);
+    out_colour = vec4(alpha, alpha * exp(-height / contact_m), alpha * height, alpha);
     return;
   }
   if (u_stage == 4) {
@@ -50,7 +53,13 @@ void emit(vec3 colour, float alpha, float eye_depth) {
     out_colour = vec4(0.0);
     return;
   }
-  if (alpha >= as_good_as_opaque || alpha < 1.0 / 512.0) discard;
+  if (alpha >= as_good_as_opaque) discard;
+  if (u_hand_before != 0) {
+    vec2 mask = texelFetch(u_hand_mask, ivec2(gl_FragCoord.xy), 0).rg;
+    float behind = mask.x > 0.004 ? smoothstep(-0.006, 0.006, eye_depth - mask.y / mask.x) : 0.0;
+    alpha *= 1.0 - smoothstep(0.15, 0.85, mask.x) * behind;
+  }
+  if (alpha < 1.0 / 512.0) discard;
   if (u_stage == 1) {
     float weight = alpha * clamp(exp(-(eye_depth - u_weights.x) / u_weights.y), u_weights.z, u_weights.w);
     out_colour = vec4(colour * weight, alpha);
@@ -64,33 +73,57 @@ void emit(vec3 colour, float alpha, float eye_depth) {
 }
 )glsl";
 
-// Lamps as in a car designer's studio: a bright sky, a warm floor, one key light, and a ceiling of long soft
-// strips whose reflections flow over the surface and break where its curvature does.
+// A photographer's studio for products: grey walls, a pale floor, a long softbox overhead, a tall strip on
+// the left and a cooler one behind on the right. All of it is formulas: no picture is loaded. Reflections in
+// the lamps' straight edges are what tells a surface's curvature.
 const std::string_view studio_light_glsl = R"glsl(
-float soft_strip(float x, float half_width, float softness) {
-  return 1.0 - smoothstep(half_width - softness, half_width + softness, abs(x));
+float slab(float x, float half_width, float soft) {
+  return smoothstep(-half_width - soft, -half_width + soft, x) - smoothstep(half_width - soft, half_width + soft, x);
+}
+// What is seen of a flat lamp at distance 1 in the direction `to_lamp`; `blur`: how rough the mirror is.
+float softbox(vec3 d, vec3 to_lamp, vec3 across, vec2 half_size, float blur) {
+  float facing = dot(d, to_lamp);
+  vec2 at = vec2(dot(d, across), dot(d, cross(to_lamp, across))) / max(facing, 0.08);
+  float soft = 0.035 + blur;
+  return slab(at.x, half_size.x, soft) * slab(at.y, half_size.y, soft) * smoothstep(0.0, 0.25, facing);
+}
+vec3 room(vec3 d, float blur) {
+  vec3 walls = mix(vec3(0.50, 0.51, 0.53), vec3(0.17, 0.18, 0.205), smoothstep(-0.05, 0.85, d.z));
+  vec3 ground = mix(vec3(0.40, 0.395, 0.385), vec3(0.20, 0.195, 0.19), smoothstep(0.0, 1.0, -d.z));
+  vec3 light = mix(ground, walls, smoothstep(-0.10 - blur, 0.10 + blur, d.z));
+  light += vec3(2.30, 2.27, 2.20) * softbox(d, vec3(-0.1094, -0.1203, 0.9867), vec3(0.9940, 0.0, 0.1102), vec2(0.42, 1.35), blur);
+  light += vec3(1.45, 1.47, 1.50) * softbox(d, vec3(-0.9113, -0.1519, 0.3828), vec3(-0.1644, 0.9864, 0.0), vec2(0.13, 0.62), blur);
+  light += vec3(1.15, 1.25, 1.40) * softbox(d, vec3(0.8018, 0.4811, 0.3546), vec3(0.5145, -0.8575, 0.0), vec2(0.20, 0.62), blur);
+  return light;
+}
+// What falls on a matt surface from all of the room; `sky`: the share of the upper half that is open to it,
+// `ground`: that of the light which comes back from the table.
+vec3 fill(vec3 n, float sky, float ground) {
+  float up = n.z * 0.5 + 0.5;
+  vec3 light = mix(vec3(0.30, 0.292, 0.285) * ground, vec3(0.46, 0.475, 0.50) * sky, up);
+  float over = max((dot(n, vec3(-0.20, -0.34, 0.919)) + 0.20) / 1.20, 0.0);
+  float left = max(dot(n, vec3(-0.9113, -0.1519, 0.3828)), 0.0);
+  float behind = max(dot(n, vec3(0.8018, 0.4811, 0.3546)), 0.0);
+  light += vec3(0.72, 0.71, 0.69) * over * over * mix(0.35, 1.0, sky);
+  light += vec3(0.15, 0.152, 0.155) * left + vec3(0.08, 0.095, 0.12) * behind;
+  return light;
+}
+float fresnel(float facing, float straight) {
+  return straight + (1.0 - straight) * pow(1.0 - clamp(facing, 0.0, 1.0), 5.0);
+}
+// A satin shell under a thin clear coat. `gloss` 0: matt.
+vec3 satin(vec3 normal, vec3 to_eye, vec3 base, float gloss, float sky, float ground) {
+  vec3 colour = base * fill(normal, sky, ground);
+  if (gloss <= 0.0) return colour;
+  vec3 mirrored = reflect(-to_eye, normal);
+  float facing = dot(normal, to_eye);
+  float open = mix(0.4, 1.0, sky);
+  vec3 sheen = room(mirrored, 0.42) * (0.035 + 0.10 * fresnel(facing, 0.0));
+  vec3 coat = room(mirrored, 0.05) * (0.65 * fresnel(facing, 0.045));
+  return colour + gloss * open * (sheen + coat);
 }
 vec3 studio_light(vec3 normal, vec3 to_eye, vec3 base, float gloss) {
-  vec3 key = normalize(vec3(-0.45, -0.50, 0.74));
-  vec3 fill = normalize(vec3(0.75, -0.35, 0.35));
-  float up = normal.z * 0.5 + 0.5;
-  vec3 ambient = mix(vec3(0.26, 0.245, 0.235), vec3(0.50, 0.53, 0.57), up);
-  float wrapped = max((dot(normal, key) + 0.25) / 1.25, 0.0);
-  float side = max(dot(normal, fill), 0.0);
-  vec3 colour = base * (ambient + vec3(0.80, 0.78, 0.74) * wrapped * wrapped + vec3(0.10, 0.12, 0.16) * side);
-  vec3 mirrored = reflect(-to_eye, normal);
-  float above = smoothstep(0.02, 0.30, mirrored.z);
-  vec2 ceiling = mirrored.xy / max(mirrored.z, 0.05);
-  float strips = soft_strip(ceiling.x + 0.15, 0.26, 0.12) + 0.7 * soft_strip(ceiling.x - 0.95, 0.16, 0.10) +
-                 0.7 * soft_strip(ceiling.x + 1.25, 0.16, 0.10);
-  strips *= soft_strip(ceiling.y, 2.2, 0.8) * above;
-  float grazing = pow(1.0 - clamp(dot(normal, to_eye), 0.0, 1.0), 5.0);
-  float fresnel = 0.05 + 0.55 * grazing;
-  vec3 half_way = normalize(key + to_eye);
-  float glint = pow(max(dot(normal, half_way), 0.0), 90.0);
-  colour += gloss * (vec3(1.0, 0.99, 0.97) * strips * (0.10 + 0.8 * fresnel) + vec3(0.45) * glint +
-                     vec3(0.75, 0.80, 0.86) * fresnel * 0.45 * (mirrored.z * 0.5 + 0.5));
-  return colour;
+  return satin(normal, to_eye, base, gloss, 1.0, 1.0);
 }
 )glsl";
 

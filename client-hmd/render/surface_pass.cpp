@@ -111,6 +111,8 @@ void set_common_uniforms(const GlProgram& program, const EyeUniforms& eye, Stage
                                      eye.weights.largest));
   program.set("u_opaque_depth", 6);  // Texture units that the peeling binds.
   program.set("u_last_depth", 7);
+  program.set("u_hand_before", eye.hand_before ? 1 : 0);
+  program.set("u_hand_mask", 8);
 }
 
 Result<SurfacePass> SurfacePass::create() {

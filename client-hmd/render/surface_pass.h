@@ -27,6 +27,7 @@ struct EyeUniforms {
   glm::vec2 viewport_px{1.0F};
   float focal_px = 1.0F;  ///< Vertical, in pixels of the drawn picture.
   TransparencyWeights weights;
+  bool hand_before = false;  ///< A mask of the filmed hand is bound (hand_occlusion.h).
 };
 
 class SurfacePass {
