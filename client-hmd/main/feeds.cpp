@@ -1,0 +1,31 @@
+#include "client-hmd/main/feeds.h"
+
+#include <utility>
+
+namespace handloft::client {
+
+Feeds::Feeds(const HmdOptions& options, const net::Endpoint& model, const Clock& clock, Logger log)
+    : daemon_(options.tracking),
+      log_(std::move(log)),
+      model_(ModelFeed::start(model, clock, log_.component("model"))) {
+  if (!daemon_) return;
+  tracking_ = TrackingFeed::start(*daemon_, clock, log_.component("tracking"));
+  if (options.camera == CameraMode::head) want_film();
+}
+
+void Feeds::want_film() {
+  if (film_ == nullptr && daemon_) film_ = FilmFeed::start(*daemon_, log_.component("film"));
+}
+
+void Feeds::follow_daemon() {
+  if (tracking_ == nullptr || film_ == nullptr) return;
+  const std::uint64_t connects = tracking_->status().connects;
+  if (connects > 1 && connects != film_connects_) film_->reconnect();
+  film_connects_ = connects;
+}
+
+double Feeds::latency_ms() const {
+  return tracking_ == nullptr ? 0.0 : model_->statistics().capture_to_receipt.quantile_ms(0.5);
+}
+
+}  // namespace handloft::client

@@ -1,0 +1,40 @@
+#pragma once
+// Everything that comes from other processes: the model server's scene, the tracking daemon's poses and film.
+
+#include <memory>
+
+#include "client-hmd/main/frame_composer.h"
+#include "client-hmd/main/options.h"
+#include "client-hmd/mirror/model_feed.h"
+#include "client-hmd/view/film_feed.h"
+#include "client-hmd/view/tracking_feed.h"
+
+namespace handloft::client {
+
+class Feeds {
+ public:
+  /// Returns at once: each feed connects on a thread of its own. `clock` must outlive this.
+  Feeds(const HmdOptions& options, const net::Endpoint& model, const Clock& clock, Logger log);
+
+  /// Once a frame. A daemon that started anew has other pictures.
+  void follow_daemon();
+  /// For a camera that was switched to the head; nothing without a daemon.
+  void want_film();
+
+  /// The newest of everything, without waiting.
+  FrameSources newest() const { return {model_->state(), tracking_.get(), film_.get()}; }
+  ModelFeed& model() { return *model_; }
+  TrackingFeed* tracking() { return tracking_.get(); }  ///< Null without a daemon.
+  /// Capture to client, median; 0: unknown.
+  double latency_ms() const;
+
+ private:
+  std::optional<net::Endpoint> daemon_;
+  Logger log_;
+  std::unique_ptr<ModelFeed> model_;
+  std::unique_ptr<TrackingFeed> tracking_;
+  std::unique_ptr<FilmFeed> film_;
+  std::uint64_t film_connects_ = 0;
+};
+
+}  // namespace handloft::client

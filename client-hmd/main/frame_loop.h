@@ -1,0 +1,71 @@
+#pragma once
+// The frame loop (V5): input, what is new, picture, display; it waits for the display's refresh and for
+// nothing else. In this order, each in a place of its own: input.h makes input events into things,
+// frame_composer.h decides what the frame shows, the renderer draws it, `over_picture` draws panels over it,
+// pictures.h takes what is asked for.
+
+#include <functional>
+
+#include "client-hmd/display/display.h"
+#include "client-hmd/main/feeds.h"
+#include "client-hmd/main/input.h"
+#include "client-hmd/main/pictures.h"
+#include "client-hmd/main/report.h"
+#include "client-hmd/render/renderer.h"
+
+namespace handloft::client {
+
+/// A drawn picture that is about to be shown, and all that it was made from: what panels need.
+struct DrawnPicture {
+  Window& window;
+  const FrameSources& sources;
+  const Frame& frame;
+  ViewState& view;
+};
+
+/// What a loop is made of; all of it outlives the loop.
+struct FrameLoopParts {
+  const HmdOptions& options;
+  const Clock& clock;
+  Feeds& feeds;
+  Display& display;
+  /// Draws over the finished picture of a window, into its framebuffer, before it is shown; may be empty.
+  std::function<void(const DrawnPicture&)> over_picture;
+};
+
+class FrameLoop {
+ public:
+  /// Errors: as Renderer::create().
+  static Result<std::unique_ptr<FrameLoop>> create(FrameLoopParts parts, Logger log);
+
+  /// Runs until people or the options end it, or `interrupted` says so; then takes the last picture. Errors:
+  /// of drawing and of saving pictures.
+  Status run(const std::function<bool()>& interrupted);
+
+  /// Of the whole run.
+  RunFigures figures() const;
+
+ private:
+  enum class Purpose { frame, still };
+  FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer> renderer);
+
+  Status step();
+  void handle_input();
+  Frame compose(TimePoint now, const FrameSources& sources, Purpose purpose);
+  Result<Image> still();
+  void count_frame(TimePoint begin, const ModelState& model);
+  void pace(TimePoint begin) const;
+  bool offscreen() const { return parts_.display.window() == nullptr; }
+
+  FrameLoopParts parts_;
+  Logger log_;
+  std::unique_ptr<Renderer> renderer_;
+  ViewState view_;
+  Pictures pictures_;
+  TimePoint started_;
+  bool finished_ = false;
+  std::shared_ptr<const Scene> presented_;
+  RunFigures figures_;
+};
+
+}  // namespace handloft::client

@@ -1,0 +1,28 @@
+#pragma once
+// What people chose to see: set by the options at first, changed by input, read for every frame.
+
+#include "client-hmd/main/options.h"
+#include "client-hmd/mirror/model_feed.h"
+#include "client-hmd/view/orbit_camera.h"
+
+namespace handloft::client {
+
+struct ViewState {
+  explicit ViewState(const HmdOptions& options);
+
+  OrbitCamera orbit;
+  CameraMode camera = CameraMode::orbit;
+  std::optional<DistanceScale> distances;  ///< Shown when present.
+  DistanceScale distance_scale;            ///< For when they are shown.
+  Shading shading = Shading::studio;
+  bool fit_wanted = false;
+  std::shared_ptr<const Scene> fitted;  ///< What the view was fitted to last.
+};
+
+/// Whether the view is fitted whenever the scene changes, or once and then left to people.
+enum class Fitting { follow, once };
+
+/// When a fit is wanted and the scene is another one: as near as all of it allows, in a picture of that size.
+void fit_view(ViewState& view, const ModelState& model, int width_px, int height_px, Fitting fitting);
+
+}  // namespace handloft::client
