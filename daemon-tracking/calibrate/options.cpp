@@ -25,12 +25,18 @@ OptionTable make_calibrate_table(CalibrateOptions& options) {
             "Only this camera (may be given again); NAME=serial=..., NAME=path=... or NAME=/dev/video0 says "
             "which device it is",
             {.value_name = "NAME[=DEVICE]"});
-  table.add("board", options.board, "What intrinsics looks for", {.choices = {"chessboard", "table"}});
-  table.add("columns", options.columns, "Inner corners of the chessboard along its longer side",
+  table.add("board", options.board,
+            "What intrinsics looks for (extrinsics: a chessboard unless it is charuco)",
+            {.choices = {"chessboard", "charuco", "table"}});
+  table.add("columns", options.columns, "Inner corners of the board along its longer side",
             {.min = 3, .max = 30});
   table.add("rows", options.rows, "Inner corners along its shorter side", {.min = 3, .max = 30});
   table.add("square_mm", options.square_mm, "Edge of its squares, as measured with a ruler",
             {.min = 2, .max = 500});
+  table.add("marker_mm", options.marker_mm, "Black edge of a ChArUco board's markers, as measured",
+            {.min = 1, .max = 450});
+  table.add("dictionary", options.dictionary, "A ChArUco board's markers",
+            {.choices = {"4x4_50", "5x5_100", "6x6_250"}});
   table.add("table", options.table, "How the table's tags got where they are",
             {.choices = {"glued", "one-sheet"}});
   table.add("paper", options.paper, "What is printed on", {.choices = {"a4", "letter"}});
@@ -41,11 +47,32 @@ OptionTable make_calibrate_table(CalibrateOptions& options) {
   return table;
 }
 
+CharucoShape CalibrateOptions::charuco() const {
+  CharucoShape shape;
+  shape.corners = chessboard();
+  shape.marker_m = 1e-3 * marker_mm;
+  shape.dictionary = dictionary == "4x4_50"    ? MarkerDictionary::m4x4_50
+                     : dictionary == "6x6_250" ? MarkerDictionary::m6x6_250
+                                               : MarkerDictionary::m5x5_100;
+  return shape;
+}
+
+Board CalibrateOptions::intrinsics_board(const std::vector<TagPlacement>& table_tags) const {
+  return board == "table" ? Board::of_tags(table_tags) : extrinsics_board();
+}
+
+Board CalibrateOptions::extrinsics_board() const {
+  return board == "charuco" ? Board::of_charuco(charuco()) : Board::chess(chessboard());
+}
+
 Status check_calibrate_options(const CalibrateOptions& options) {
   const int sources = (options.recording ? 1 : 0) + (options.images ? 1 : 0) + (options.simulate ? 1 : 0);
   if (sources > 1)
     return make_error(ErrorCode::invalid_argument,
                       "found several of --recording, --images and --simulate, expected one", "source");
+  if (options.simulate && options.board == "charuco")
+    return make_error(ErrorCode::invalid_argument,
+                      "the simulated lab has a chessboard: expected --board chessboard or table", "board");
   if (options.images && options.step == "glove")
     return make_error(ErrorCode::invalid_argument,
                       "pictures tell nothing of a glove: expected --recording or a live one", "images");

@@ -23,6 +23,8 @@ struct CalibrateOptions {
   std::string board = "chessboard";
   int columns = 9, rows = 6;
   double square_mm = 25.0;
+  double marker_mm = 18.75;
+  std::string dictionary = "5x5_100";
   std::string table = "glued";
   std::string paper = "a4";
   double seconds = 30.0;
@@ -31,6 +33,10 @@ struct CalibrateOptions {
   std::uint64_t seed = 1;
 
   ChessboardShape chessboard() const { return {columns, rows, 1e-3 * square_mm}; }
+  CharucoShape charuco() const;
+  /// What intrinsics looks for, and what extrinsics does beside the table's tags.
+  Board intrinsics_board(const std::vector<TagPlacement>& table_tags) const;
+  Board extrinsics_board() const;
   TablePrint table_print() const { return table == "one-sheet" ? TablePrint::one_sheet : TablePrint::glued; }
 };
 

@@ -79,7 +79,13 @@ void note_devices(StepContext& context, const Input& input) {
 
 std::string nothing_seen(const std::string& name, const BoardSights& sights,
                          const CalibrateOptions& options) {
-  if (options.board != "chessboard")
+  if (options.board == "charuco")
+    return fmt::format(
+        "'{}' saw no ChArUco board of {} x {} inner corners with markers {} in {} frames: are --columns, "
+        "--rows and "
+        "--dictionary those of the board?",
+        name, options.columns, options.rows, options.dictionary, sights.frames);
+  if (options.board == "table")
     return fmt::format("'{}' saw no tag of the table in {} frames", name, sights.frames);
   std::string words = fmt::format("'{}' saw no chessboard of {} x {} inner corners in {} frames", name,
                                   options.columns, options.rows, sights.frames);
@@ -96,8 +102,7 @@ std::string nothing_seen(const std::string& name, const BoardSights& sights,
 
 Result<Verdict> run_intrinsics(StepContext& context) {
   const CalibrateOptions& options = context.options;
-  const Board board = options.board == "chessboard" ? Board::chess(options.chessboard())
-                                                    : Board::of_tags(context.calibration.rig.table_tags);
+  const Board board = options.intrinsics_board(context.calibration.rig.table_tags);
   auto finder = BoardFinder::create(board);
   if (!finder) return finder.error();
   auto input = open_input(options, context.calibration);
@@ -131,7 +136,7 @@ Result<Verdict> run_intrinsics(StepContext& context) {
         make_error(ErrorCode::failed_precondition, nothing_seen(name, sights, options), "intrinsics");
     if (!sights.views.empty()) {
       IntrinsicsOptions limits;
-      if (options.board != "chessboard") limits.min_corners = 16;
+      if (options.board == "table") limits.min_corners = 16;
       made = calibrate_intrinsics(sights.views, sights.width_px, sights.height_px, limits);
     }
     if (!made) {
@@ -224,7 +229,7 @@ Verdict find_clocks(StepContext& context, const Rig& rig, std::vector<TagSight> 
 Result<Verdict> run_extrinsics(StepContext& context) {
   const CalibrateOptions& options = context.options;
   Rig& rig = context.calibration.rig;
-  auto finder = BoardFinder::create(Board::chess(options.chessboard()));
+  auto finder = BoardFinder::create(options.extrinsics_board());
   if (!finder) return finder.error();
   auto tags = SeenTags::create(rig);
   if (!tags) return tags.error();

@@ -17,6 +17,7 @@ Result<Verdict> run_print(StepContext& context) {
   PrintOptions options;
   options.paper = context.options.paper == "letter" ? Paper::letter : Paper::a4;
   options.chessboard = context.options.chessboard();
+  options.charuco = context.options.charuco();
   options.table = context.options.table_print();
   const auto pages = lay_out_pages(context.calibration.rig, options);
   if (!pages) return pages.error();

@@ -14,7 +14,6 @@
 namespace handloft::tracking {
 namespace {
 
-constexpr int fewest_corners = 3, most_corners = 30;
 // Corners are refined within this share of the distance to the next one, and no farther than 11 px.
 constexpr double refine_share = 0.4, refine_least_px = 3.0, refine_most_px = 11.0;
 constexpr Duration longest_gap = std::chrono::milliseconds(200);
@@ -38,6 +37,12 @@ double nearest_neighbour_px(const std::vector<cv::Point2f>& corners, int columns
       least = std::min(least, cv::norm(corners[i] - corners[i + static_cast<std::size_t>(columns)]));
   }
   return least;
+}
+
+/// An inner corner's place on the board; rows run down, y up.
+Eigen::Vector3d place_on_board(const ChessboardShape& shape, int column, int row) {
+  return {(column - 0.5 * (shape.columns - 1)) * shape.square_m,
+          (0.5 * (shape.rows - 1) - row) * shape.square_m, 0.0};
 }
 
 /// Luma in the middle of the square whose first corner is (column, row).
@@ -94,6 +99,7 @@ struct BoardFinder::State {
   Board board;
   std::map<std::uint32_t, TagTracker> trackers;  ///< By camera.
   TagTrackerOptions tag_options;
+  std::optional<CharucoFinder> charuco;
   std::map<std::uint32_t, BoardView> last;  ///< In which the board was found.
   struct Pace {
     int wait = 0,
@@ -103,6 +109,7 @@ struct BoardFinder::State {
   std::map<std::uint32_t, TimePoint> last_time;  ///< Of any picture.
 
   std::optional<BoardView> find_chessboard(const Plane& luma, Search search, const BoardView* before) const;
+  std::optional<BoardView> find_charuco(const Plane& luma);
   std::optional<BoardView> find_tags(const Plane& luma, std::uint32_t camera, TimePoint time);
 };
 
@@ -152,13 +159,22 @@ std::optional<BoardView> BoardFinder::State::find_chessboard(const Plane& luma, 
       const auto index = static_cast<std::size_t>(row * shape.columns + column);
       if (!std::isfinite(corners[index].x) || !std::isfinite(corners[index].y)) return std::nullopt;
       view.ids.push_back(static_cast<int>(index));
-      view.corners.push_back({{(column - 0.5 * (shape.columns - 1)) * shape.square_m,
-                               (0.5 * (shape.rows - 1) - row) * shape.square_m, 0.0},
-                              {corners[index].x, corners[index].y}});
+      view.corners.push_back({place_on_board(shape, column, row), {corners[index].x, corners[index].y}});
     }
   }
   const cv::Scalar sharpness = cv::estimateChessboardSharpness(image, {shape.columns, shape.rows}, corners);
   if (std::isfinite(sharpness[0]) && sharpness[0] > 0) view.edge_width_px = sharpness[0];
+  return view;
+}
+
+std::optional<BoardView> BoardFinder::State::find_charuco(const Plane& luma) {
+  const ChessboardShape& shape = board.charuco->corners;
+  BoardView view;
+  for (const CharucoFinder::Corner& corner : charuco->find(luma)) {
+    view.ids.push_back(corner.row * shape.columns + corner.column);
+    view.corners.push_back({place_on_board(shape, corner.column, corner.row), {corner.x_px, corner.y_px}});
+  }
+  if (view.ids.empty()) return std::nullopt;
   return view;
 }
 
@@ -199,16 +215,22 @@ Result<BoardFinder> BoardFinder::create(const Board& board) {
   state->board = board;
   if (board.chessboard) {
     const ChessboardShape& shape = *board.chessboard;
-    const auto fits = [](int corners) { return corners >= fewest_corners && corners <= most_corners; };
+    const auto fits = [](int corners) {
+      return corners >= fewest_board_corners && corners <= most_board_corners;
+    };
     if (!fits(shape.columns) || !fits(shape.rows))
       return make_error(ErrorCode::invalid_argument,
                         fmt::format("found {} x {} inner corners, expected {} to {} each", shape.columns,
-                                    shape.rows, fewest_corners, most_corners),
+                                    shape.rows, fewest_board_corners, most_board_corners),
                         "board");
     if (!(shape.square_m > 0) || !std::isfinite(shape.square_m))
       return make_error(ErrorCode::invalid_argument,
                         fmt::format("found squares of {} m, expected a positive size", shape.square_m),
                         "board");
+  } else if (board.charuco) {
+    Result<CharucoFinder> finder = CharucoFinder::create(*board.charuco);
+    if (!finder) return finder.error();
+    state->charuco = std::move(*finder);
   } else {
     if (board.tags.empty())
       return make_error(ErrorCode::invalid_argument, "found no tags, expected a board with some", "board");
@@ -231,7 +253,9 @@ std::optional<BoardView> BoardFinder::find(const Plane& luma, std::uint32_t came
   try {
     const bool video = before_time != state_->last_time.end() && time > before_time->second &&
                        time - before_time->second <= longest_gap;
-    if (!state_->board.chessboard) {
+    if (state_->charuco) {
+      view = state_->find_charuco(luma);
+    } else if (!state_->board.chessboard) {
       view = state_->find_tags(luma, camera, time);
     } else {
       const auto seen = state_->last.find(camera);

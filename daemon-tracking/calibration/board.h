@@ -1,8 +1,9 @@
 #pragma once
-// What cameras are calibrated with (T11): a chessboard, or a flat board of AprilTags. Finds it in a picture
-// and tells each corner's place on the board. Board frame: origin in the middle, x right and y up as it is
-// printed, z out of the printed face; metres. A chessboard with an odd sum of inner corners (9 x 6) looks the
-// same only one way round: its first corner is the one whose inner square is dark, so that all cameras agree.
+// What cameras are calibrated with (T11): a chessboard, a ChArUco board, or a flat board of AprilTags. Finds
+// it in a picture and tells each corner's place on the board. Board frame: origin in the middle, x right and
+// y up as it is printed, z out of the printed face; metres. A chessboard with an odd sum of inner corners (9
+// x 6) looks the same only one way round: its first corner is the one whose inner square is dark, so that all
+// cameras agree.
 
 #include <memory>
 #include <optional>
@@ -11,24 +12,25 @@
 
 #include "common/base/clock.h"
 #include "common/base/result.h"
+#include "daemon-tracking/calibration/charuco.h"
+#include "daemon-tracking/calibration/chessboard_shape.h"
 #include "daemon-tracking/source/rig.h"
 #include "daemon-tracking/vision/body_pose.h"
 #include "daemon-tracking/vision/image_decode.h"
 
 namespace handloft::tracking {
 
-struct ChessboardShape {
-  int columns = 9;  ///< Inner corners along x.
-  int rows = 6;     ///< Along y.
-  double square_m = 0.025;
-};
-
+/// One of the three.
 struct Board {
-  std::optional<ChessboardShape> chessboard;  ///< None: the tags.
-  std::vector<TagPlacement> tags;             ///< In the board's frame.
+  std::optional<ChessboardShape> chessboard;
+  std::optional<CharucoShape> charuco;
+  std::vector<TagPlacement> tags;  ///< In the board's frame.
 
-  static Board chess(const ChessboardShape& shape) { return {shape, {}}; }
-  static Board of_tags(std::vector<TagPlacement> tags) { return {std::nullopt, std::move(tags)}; }
+  static Board chess(const ChessboardShape& shape) { return {shape, std::nullopt, {}}; }
+  static Board of_charuco(const CharucoShape& shape) { return {std::nullopt, shape, {}}; }
+  static Board of_tags(std::vector<TagPlacement> tags) {
+    return {std::nullopt, std::nullopt, std::move(tags)};
+  }
 };
 
 /// The board as one camera saw it in one picture.
@@ -48,7 +50,8 @@ struct BoardView {
 class BoardFinder {
  public:
   /// Errors: invalid_argument for a chessboard of fewer than 3 x 3 or more than 30 x 30 inner corners, or a
-  /// square that is not positive; for tags as TagTracker::create, or when there are none.
+  /// square that is not positive; for ChArUco as check_charuco(); for tags as TagTracker::create, or when
+  /// there are none.
   static Result<BoardFinder> create(const Board& board);
   ~BoardFinder();
   BoardFinder(BoardFinder&&) noexcept;

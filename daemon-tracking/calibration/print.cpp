@@ -49,24 +49,34 @@ void finish(PrintPage& page) {
        "This ruler must measure 100 mm. If it does not, print again at 100 % (no \"fit to page\")."});
 }
 
+/// The dark cells of a bitmap of square cells, as runs: no hairlines between them in a viewer.
+void add_dark_cells(PrintPage& page, const std::vector<std::vector<bool>>& dark, double left_mm,
+                    double top_mm, double cell_mm) {
+  for (std::size_t row = 0; row < dark.size(); ++row) {
+    for (std::size_t column = 0; column < dark[row].size();) {
+      std::size_t end = column;
+      while (end < dark[row].size() && dark[row][end]) ++end;
+      if (end > column)
+        page.rectangles.push_back({left_mm + static_cast<double>(column) * cell_mm,
+                                   top_mm + static_cast<double>(row) * cell_mm,
+                                   static_cast<double>(end - column) * cell_mm, cell_mm});
+      column = std::max(end, column + 1);
+    }
+  }
+}
+
 Status add_tag(PrintPage& page, int id, double centre_x_mm, double centre_y_mm, double edge_mm) {
   const auto bitmap = tag_bitmap(id);
   if (!bitmap) return refused(fmt::format("tag {} is not in the family 36h11 (0 to 586)", id));
   const double cell = edge_mm / TagBitmap::border_cells;
   const double left = centre_x_mm - 0.5 * cell * TagBitmap::cells,
                top = centre_y_mm - 0.5 * cell * TagBitmap::cells;
-  for (std::size_t row = 0; row < TagBitmap::cells; ++row) {
-    // Runs of black cells as one rectangle: no hairlines between them in a viewer.
-    for (std::size_t column = 0; column < TagBitmap::cells;) {
-      std::size_t end = column;
-      while (end < TagBitmap::cells && !bitmap->white[row][end]) ++end;
-      if (end > column)
-        page.rectangles.push_back({left + static_cast<double>(column) * cell,
-                                   top + static_cast<double>(row) * cell,
-                                   static_cast<double>(end - column) * cell, cell});
-      column = std::max(end, column + 1);
-    }
+  std::vector<std::vector<bool>> dark;
+  for (const auto& row : bitmap->white) {
+    std::vector<bool>& line = dark.emplace_back();
+    for (const bool white : row) line.push_back(!white);
   }
+  add_dark_cells(page, dark, left, top, cell);
   page.tags.push_back({id, centre_x_mm, centre_y_mm, edge_mm});
   return {};
 }
@@ -249,23 +259,49 @@ Status head_fold_out(const Rig& rig, Paper paper, std::vector<PrintPage>& pages)
   return {};
 }
 
-Status chessboard(const ChessboardShape& shape, Paper paper, std::vector<PrintPage>& pages) {
-  PrintPage page = blank(
-      paper, true,
-      fmt::format("chessboard, {} x {} inner corners, squares of {:.1f} mm: glue it onto something flat",
-                  shape.columns, shape.rows, 1e3 * shape.square_m));
+/// The dark squares of a chessboard in the middle of `page`; returns its upper left corner, mm.
+Result<Eigen::Vector2d> add_chessboard(PrintPage& page, const ChessboardShape& shape) {
   const double square = 1e3 * shape.square_m;
   const double width = square * (shape.columns + 1), height = square * (shape.rows + 1);
   const double room_x = page.width_mm - margin_mm, room_y = page.height_mm - 2 * margin_mm - header_mm;
   if (!(shape.columns > 1 && shape.rows > 1 && square > 0 && width <= room_x && height <= room_y))
-    return refused(fmt::format("a chessboard of {:.0f} x {:.0f} mm does not fit into {:.0f} x {:.0f} mm",
-                               width, height, room_x, room_y));
+    return refused(fmt::format("a board of {:.0f} x {:.0f} mm does not fit into {:.0f} x {:.0f} mm", width,
+                               height, room_x, room_y));
   const double left = (page.width_mm - width) / 2, top = margin_mm + 5.5;
   for (int row = 0; row <= shape.rows; ++row)
     for (int column = 0; column <= shape.columns; ++column)
       // The inner square at the first corner is dark, see BoardFinder.
       if ((row + column) % 2 == 0)
         page.rectangles.push_back({left + column * square, top + row * square, square, square});
+  return Eigen::Vector2d(left, top);
+}
+
+Status chessboard(const ChessboardShape& shape, Paper paper, std::vector<PrintPage>& pages) {
+  PrintPage page = blank(
+      paper, true,
+      fmt::format("chessboard, {} x {} inner corners, squares of {:.1f} mm: glue it onto something flat",
+                  shape.columns, shape.rows, 1e3 * shape.square_m));
+  if (const auto placed = add_chessboard(page, shape); !placed) return placed.error();
+  finish(page);
+  pages.push_back(std::move(page));
+  return {};
+}
+
+Status charuco(const CharucoShape& shape, Paper paper, std::vector<PrintPage>& pages) {
+  if (const Status good = check_charuco(shape); !good) return good;
+  PrintPage page =
+      blank(paper, true,
+            fmt::format("ChArUco board, {} x {} inner corners, squares of {:.1f} mm, markers of {:.2f} mm",
+                        shape.corners.columns, shape.corners.rows, 1e3 * shape.corners.square_m,
+                        1e3 * shape.marker_m));
+  const auto corner = add_chessboard(page, shape.corners);
+  if (!corner) return corner.error();
+  const double square = 1e3 * shape.corners.square_m, rim = 0.5 * (square - 1e3 * shape.marker_m);
+  for (const CharucoMarker& marker : charuco_markers(shape)) {
+    const double cell = 1e3 * shape.marker_m / static_cast<double>(marker.dark.size());
+    add_dark_cells(page, marker.dark, corner->x() + marker.column * square + rim,
+                   corner->y() + marker.row * square + rim, cell);
+  }
   finish(page);
   pages.push_back(std::move(page));
   return {};
@@ -341,6 +377,7 @@ Result<std::vector<PrintPage>> lay_out_pages(const Rig& rig, const PrintOptions&
   if (!table) return table.error();
   if (const Status head = head_fold_out(rig, options.paper, pages); !head) return head.error();
   if (const Status board = chessboard(options.chessboard, options.paper, pages); !board) return board.error();
+  if (const Status board = charuco(options.charuco, options.paper, pages); !board) return board.error();
   colour_chart(rig, options.paper, pages);
   return pages;
 }

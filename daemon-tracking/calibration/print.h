@@ -1,8 +1,8 @@
 #pragma once
 // What is printed for a lab (T11): the table's tags with a plan of where they go (or the whole board as one
-// poster), the head rig's tags as faces with tabs and their places, a chessboard, and the chart of the
-// fingertips' colours. To scale, A4 or Letter, with a ruler on every page that tells whether the printer kept
-// it. The same drawing makes the PDF and the picture that tests look for tags in.
+// poster), the head rig's tags as faces with tabs and their places, a chessboard and a ChArUco board, and the
+// chart of the fingertips' colours. To scale, A4 or Letter, with a ruler on every page that tells whether the
+// printer kept it. The same drawing makes the PDF and the picture that tests look for tags in.
 
 #include <filesystem>
 #include <string>
@@ -21,6 +21,7 @@ enum class Paper : std::uint8_t { a4, letter };
 struct PrintOptions {
   Paper paper = Paper::a4;
   ChessboardShape chessboard;
+  CharucoShape charuco;
   /// The table's board in one piece, 1:1, for a plotter; else its tags to be cut out and glued.
   TablePrint table = TablePrint::glued;
 };
@@ -55,7 +56,7 @@ struct PrintPage {
 };
 
 /// Errors: invalid_argument for tags that the family does not have, or that fit no page; for a chessboard
-/// that does not fit.
+/// or ChArUco board that does not fit or that check_charuco() refuses.
 Result<std::vector<PrintPage>> lay_out_pages(const Rig& rig, const PrintOptions& options);
 
 /// All pages in one PDF. Errors: io, naming the file.
