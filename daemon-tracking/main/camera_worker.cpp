@@ -67,6 +67,7 @@ void CameraWorker::run() {
     if (observation) {
       add_spans(frame, began, observation->timings);
       done_(std::move(frame), std::move(*observation));
+      tracker_.finish_search();
     } else if (const auto kept_back = complaints_.allow(clock_.now())) {
       log_.warning("camera {}: frame {} can't be used: {} ({} more such)", frame.camera, frame.sequence,
                    observation.error().describe(), *kept_back);

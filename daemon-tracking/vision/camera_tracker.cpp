@@ -22,6 +22,7 @@ Result<CameraTracker> CameraTracker::create(const Rig& rig, std::uint32_t camera
                       "camera");
   const CameraCalibration& calibration = rig.cameras[camera];
   TagTrackerOptions tag_options = options.tags;
+  tag_options.whole_frame_search = WholeFrameSearch::later;
   tag_options.known_ids.clear();
   // A head camera never sees its own head's tags.
   if (calibration.role == CameraRole::table)
@@ -36,6 +37,10 @@ Result<CameraTracker> CameraTracker::create(const Rig& rig, std::uint32_t camera
   auto fingertips = FingertipTracker::create(rig.colours, options.fingertips);
   if (!fingertips) return fingertips.error();
   return CameraTracker(calibration, camera, std::move(*tags), std::move(*fingertips), options.stopwatch);
+}
+
+void CameraTracker::finish_search() {
+  if (tags_.search_due()) tags_.search(decoder_.picture().y, last_time_);
 }
 
 Result<CameraObservation> CameraTracker::process(const CameraFrame& frame) {
@@ -57,6 +62,7 @@ Result<CameraObservation> CameraTracker::process(const CameraFrame& frame) {
                   "frame.capture_time");
   const auto now = [this] { return stopwatch_ != nullptr ? stopwatch_->now() : TimePoint{}; };
 
+  finish_search();  // Before its picture is overwritten.
   CameraObservation observation;
   observation.camera = camera_;
   observation.sequence = frame.sequence;

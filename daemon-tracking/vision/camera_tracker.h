@@ -32,6 +32,11 @@ class CameraTracker {
   /// data_corrupt for bytes that do not decode. After an error the tracker goes on with the next frame.
   Result<CameraObservation> process(const CameraFrame& frame);
 
+  /// What is left of the last frame's work and not needed for its observation: the search for tags that came
+  /// into view. The next process() does it if nobody has, so that observations depend on the frames alone;
+  /// called between frames, nobody waits for it.
+  void finish_search();
+
   std::uint32_t camera() const { return camera_; }
 
  private:

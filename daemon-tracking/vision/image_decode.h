@@ -50,6 +50,8 @@ class FrameDecoder {
   /// of the frame's stated size, invalid_argument for absurd sizes, unsupported for a JPEG of other than 1 or
   /// 3 channels.
   Result<const PlanarImage*> decode(const CameraFrame& frame, DecodePlanes planes);
+  /// What the last call decoded; after an error, any part of it.
+  const PlanarImage& picture() const { return image_; }
 
  private:
   Status decode_jpeg(const CameraFrame& frame, DecodePlanes planes);

@@ -66,7 +66,14 @@ struct TagTracker::State {
   int frames_since_search = 0;
   int frames_since_standing = 0;
   bool searched_once = false;
+  bool search_due = false;
 
+  std::vector<TagDetection> search(const Plane& luma) {
+    std::vector<TagDetection> found;
+    detect(luma, {0.0, 0.0, static_cast<double>(luma.width_px), static_cast<double>(luma.height_px)},
+           options.search_decimation, found);
+    return found;
+  }
   void detect(const Plane& luma, const Box& region, double decimation, std::vector<TagDetection>& found);
   std::vector<Box> regions(const Plane& luma, TimePoint time, bool with_standing) const;
   bool stands(int id) const {
@@ -224,6 +231,7 @@ TagTracker::Found TagTracker::track(const Plane& luma, TimePoint capture_time) {
   Found found;
   if (luma.width_px < smallest_side_px || luma.height_px < smallest_side_px) return found;
   State& state = *state_;
+  state.search_due = false;
   const bool with_standing = ++state.frames_since_standing >= state.options.standing_every;
   if (with_standing) state.frames_since_standing = 0;
   for (const Box& region : state.regions(luma, capture_time, with_standing))
@@ -239,22 +247,40 @@ TagTracker::Found TagTracker::track(const Plane& luma, TimePoint capture_time) {
   if (!state.searched_once || ++state.frames_since_search >= interval) {
     state.searched_once = true;
     state.frames_since_search = 0;
-    found.searched_whole_frame = true;
-    std::vector<TagDetection> everywhere;
-    state.detect(luma, {0.0, 0.0, static_cast<double>(luma.width_px), static_cast<double>(luma.height_px)},
-                 state.options.search_decimation, everywhere);
-    // What a region showed at full resolution stands; the search only adds.
-    for (const TagDetection& tag : everywhere)
-      if (std::none_of(found.tags.begin(), found.tags.end(),
-                       [&](const auto& other) { return other.id == tag.id; }))
-        found.tags.push_back(tag);
+    const bool later = state.options.whole_frame_search == WholeFrameSearch::later && !none;
+    if (later) {
+      state.search_due = true;
+    } else {
+      found.searched_whole_frame = true;
+      // What a region showed at full resolution stands; the search only adds.
+      for (const TagDetection& tag : state.search(luma))
+        if (std::none_of(found.tags.begin(), found.tags.end(),
+                         [&](const auto& other) { return other.id == tag.id; }))
+          found.tags.push_back(tag);
+    }
   }
   std::sort(found.tags.begin(), found.tags.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
   state.follow(found.tags, capture_time, with_standing);
   return found;
 }
 
+bool TagTracker::search_due() const {
+  return state_->search_due;
+}
+
+void TagTracker::search(const Plane& luma, TimePoint capture_time) {
+  if (!state_->search_due) return;
+  state_->search_due = false;
+  for (const TagDetection& tag : state_->search(luma)) {
+    const auto known = state_->tracks.find(tag.id);
+    // One that its region showed, or that was not looked at because it stands still, is followed already.
+    if (known != state_->tracks.end() && known->second.missed == 0) continue;
+    state_->tracks[tag.id] = Track{capture_time, box_of(tag), {0, 0}, false, 0};
+  }
+}
+
 void TagTracker::reset() {
+  state_->search_due = false;
   state_->tracks.clear();
   state_->frames_since_search = 0;
   state_->frames_since_standing = 0;

@@ -26,7 +26,7 @@ class Scene {
   /// pixels with the top left pixel's centre at (0, 0).
   void tag(int id, const std::array<Eigen::Vector2d, 4>& corners) {
     apriltag_family_t* family = tag36h11_create();
-    image_u8_t* bitmap = apriltag_to_image(family, static_cast<std::uint32_t>(id));
+    image_u8_t* bitmap = apriltag_to_image(family, id);
     cv::Mat small(bitmap->height, bitmap->width, CV_8UC1, bitmap->buf,
                   static_cast<std::size_t>(bitmap->stride));
     constexpr int cell = 16;
@@ -112,6 +112,33 @@ TEST(TagTracker, FindsALostTagAgain) {
   for (int frame = 1; frame <= 3 && found == 0; ++frame)
     found = tracker.track(after.plane(), start + std::chrono::milliseconds(33 * frame)).tags.size();
   EXPECT_EQ(found, 1u);
+}
+
+TEST(TagTracker, ASearchThatWaitsFindsWhatCameIntoViewForTheNextFrameT15) {
+  auto waiting = options({1, 2});
+  waiting.whole_frame_search = WholeFrameSearch::later;
+  waiting.whole_frame_every = 4;
+  auto tracker = TagTracker::create(waiting).value();
+  Scene one, two;
+  one.tag(2, square(60, 60, 50));
+  two.tag(2, square(60, 60, 50));
+  two.tag(1, square(400, 300, 50));
+  const auto at = [](int frame) { return start + std::chrono::milliseconds(33 * frame); };
+  // Nothing is tracked yet: this search can't wait.
+  EXPECT_TRUE(tracker.track(one.plane(), at(0)).searched_whole_frame);
+  EXPECT_FALSE(tracker.search_due());
+  for (int frame = 1; frame < 4; ++frame) {
+    EXPECT_EQ(tracker.track(two.plane(), at(frame)).tags.size(), 1u);
+    EXPECT_FALSE(tracker.search_due());
+    tracker.search(two.plane(), at(frame));  // Not due: nothing comes of it.
+  }
+  const auto due = tracker.track(two.plane(), at(4));
+  EXPECT_EQ(due.tags.size(), 1u);
+  EXPECT_FALSE(due.searched_whole_frame);
+  ASSERT_TRUE(tracker.search_due());
+  tracker.search(two.plane(), at(4));
+  EXPECT_FALSE(tracker.search_due());
+  EXPECT_EQ(tracker.track(two.plane(), at(5)).tags.size(), 2u);
 }
 
 TEST(TagTracker, IgnoresForeignSmallAndCutTags) {
