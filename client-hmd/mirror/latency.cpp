@@ -9,6 +9,7 @@ void LatencyHistogram::add(Duration duration) {
   const double bin = std::max(to_seconds(duration), 0.0) * 1e3 * static_cast<double>(bins_per_ms);
   ++bins_[std::min(static_cast<std::size_t>(bin), bins_.size() - 1)];
   ++count_;
+  longest_ = std::max(longest_, duration);
 }
 
 double LatencyHistogram::quantile_ms(double share) const {

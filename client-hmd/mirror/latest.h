@@ -17,6 +17,11 @@ class Latest {
     value_.swap(value);
     // The former value is freed here, after the lock: `value` is destroyed last.
   }
+  /// Replaces `expected`, if it is still the newest.
+  void replace(const std::shared_ptr<const T>& expected, std::shared_ptr<const T> value) {
+    const std::lock_guard lock(mutex_);
+    if (value_ == expected) value_.swap(value);
+  }
   /// Null before the first publish().
   std::shared_ptr<const T> get() const {
     const std::lock_guard lock(mutex_);

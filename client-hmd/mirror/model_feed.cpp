@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "client-hmd/mirror/latest.h"
+#include "client-hmd/mirror/resume.h"
 #include "common/base/version.h"
 #include "common/net/message_client.h"
 #include "proto/session.pb.h"
@@ -12,13 +14,29 @@
 namespace handloft::client {
 namespace {
 
-constexpr auto rejoin_interval =
-    std::chrono::seconds(1);  ///< A server that keeps sending nonsense costs one snapshot a second.
+/// A server that keeps sending nonsense costs one snapshot in so long; twice as long each time that the
+/// snapshot itself is refused.
+constexpr auto rejoin_interval = std::chrono::seconds(1);
+constexpr auto longest_rejoin_interval = std::chrono::seconds(32);
+/// Ten times that at most, so that a server that is back is found within half a second.
+constexpr auto retry_interval = std::chrono::milliseconds(50);
+/// A server's host may lose power, which no socket tells.
+constexpr auto silence_timeout = std::chrono::seconds(15);
+/// Of one message: all icons that a scene may have, of six parts each, and its points' styles. Some 150 MiB.
+constexpr std::size_t max_message_parts = 600'000;
+constexpr auto complaint_interval = std::chrono::seconds(1);
+/// A server's times beyond this are nonsense, and sums with them would overflow.
+constexpr std::int64_t latest_ns = std::int64_t{1} << 60;
 constexpr std::size_t max_activities = 64;  ///< Hands in one picture.
 constexpr std::size_t max_text_bytes = 256;
 
+/// Of a stranger's text: nothing that moves a terminal's cursor.
 std::string shortened(const std::string& text) {
-  return text.substr(0, max_text_bytes);
+  std::string words = text.substr(0, max_text_bytes);
+  for (char& c : words) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+  }
+  return words;
 }
 
 }  // namespace
@@ -38,14 +56,27 @@ struct ModelFeed::Implementation {
   // ---- the network's thread only ----
   SceneMirror mirror;
   ModelState state;
+  Resumption resumption;
   std::optional<TimePoint> joined_at;
+  std::optional<TimePoint> connected_at;  ///< Until its first snapshot is applied.
+  Duration rejoin_after = rejoin_interval;
   bool await_snapshot = true;
   net::ClockOffset offset;
+  RateLimit complaints{complaint_interval};
 
   std::mutex client_mutex;  ///< Held while `client` is being made: its thread may call back at once.
   std::unique_ptr<net::MessageClient> client;
 
-  void publish() { latest.publish(std::make_shared<const ModelState>(state)); }
+  void publish() {
+    if (state.coming != nullptr) show(state.coming);
+    latest.publish(std::make_shared<const ModelState>(state));
+  }
+
+  void show(const std::shared_ptr<const Scene>& newest) {
+    state.scene = resumption.choose(state.scene, newest, clock.now());
+    state.coming = state.scene == newest ? nullptr : newest;
+    state.coming_until = resumption.until();
+  }
 
   void join() {
     v1::Envelope envelope;
@@ -68,47 +99,92 @@ struct ModelFeed::Implementation {
     state.connected = true;
     state.own_client_id = welcome.client_id();
     state.problem.clear();
+    state.refusal.clear();
     state.activities.clear();
+    state.has_capture_time = false;
     state.last_heard = clock.now();
+    connected_at = clock.now();
+    rejoin_after = rejoin_interval;
     publish();
     join();
   }
 
   void on_disconnected(const Error& error) {
     state.connected = false;
-    state.problem = error.message;
+    state.problem = shortened(error.message);
     state.activities.clear();
+    if (state.coming != nullptr) show(state.coming);
+    state.coming = nullptr;  // Less than what is shown.
     publish();
     log.info("the model server is gone: {}", error.describe());
   }
 
+  void on_attempt_failed(const Error& error) {
+    state.problem = shortened(error.message);
+    publish();
+  }
+
+  static bool is_time(std::int64_t ns) { return ns > 0 && ns <= latest_ns; }
+
   void note_capture(std::int64_t capture_time_ns) {
-    if (capture_time_ns <= 0) return;
+    if (!is_time(capture_time_ns)) return;
     const TimePoint captured = offset.to_client(from_ns(capture_time_ns));
     if (!state.has_capture_time || captured > state.capture_time) state.capture_time = captured;
     state.has_capture_time = true;
   }
 
   template <typename Message>
-  void on_scene(const Message& message, std::int64_t capture_time_ns, TimePoint received) {
+  bool apply(const Message& message, std::int64_t capture_time_ns, TimePoint received) {
+    const bool timed = is_time(capture_time_ns);
+    const TimePoint captured = timed ? offset.to_client(from_ns(capture_time_ns)) : TimePoint{};
     const Status applied = mirror.apply(message);
     {
       const std::lock_guard lock(statistics_mutex);
       statistics.mirror = mirror.statistics();
-      if (applied.ok() && capture_time_ns > 0) {
-        statistics.capture_to_receipt.add(received - offset.to_client(from_ns(capture_time_ns)));
-      }
+      if (applied.ok() && timed) statistics.capture_to_receipt.add(received - captured);
     }
     if (!applied) {
-      if (await_snapshot) return;  // Already asked for one.
-      log.warning("refused what the server sent: {}", applied.error().describe());
-      if (!joined_at || received - *joined_at >= rejoin_interval) join();
+      refuse(applied.error(), received);
+      return false;
+    }
+    state.received_at = received;
+    state.scene_capture_time = captured;
+    note_capture(capture_time_ns);
+    return true;
+  }
+
+  void refuse(const Error& error, TimePoint received) {
+    if (await_snapshot) return;  // Already asked for one.
+    state.refusal = shortened(error.describe());
+    if (const auto kept_back = complaints.allow(received)) {
+      log.warning("refused what the server sent: {} ({} more)", error.describe(), *kept_back);
+    }
+    publish();
+    if (!joined_at || received - *joined_at >= rejoin_after) join();
+  }
+
+  void on_snapshot(const v1::SceneSnapshot& snapshot, TimePoint received) {
+    await_snapshot = false;
+    if (!apply(snapshot, 0, received)) {
+      rejoin_after = std::min<Duration>(rejoin_after * 2, longest_rejoin_interval);
       return;
     }
-    state.scene = mirror.scene();
-    state.received_at = received;
-    state.scene_capture_time = capture_time_ns > 0 ? offset.to_client(from_ns(capture_time_ns)) : TimePoint{};
-    note_capture(capture_time_ns);
+    ++state.snapshots;
+    state.refusal.clear();
+    rejoin_after = rejoin_interval;
+    if (connected_at) {
+      const std::lock_guard lock(statistics_mutex);
+      statistics.join_to_scene.add(received - *connected_at);
+    }
+    connected_at.reset();
+    resumption.begin(received);
+    show(mirror.scene());
+    publish();
+  }
+
+  void on_delta(const v1::SceneDelta& delta, TimePoint received) {
+    if (!apply(delta, delta.capture_time_ns(), received)) return;
+    show(mirror.scene());
     publish();
   }
 
@@ -141,19 +217,19 @@ struct ModelFeed::Implementation {
     state.last_heard = received;
     switch (envelope.body_case()) {
       case v1::Envelope::kSnapshot:
-        await_snapshot = false;
-        ++state.snapshots;
-        on_scene(envelope.snapshot(), 0, received);
+        on_snapshot(envelope.snapshot(), received);
         break;
       case v1::Envelope::kDelta:
-        on_scene(envelope.delta(), envelope.delta().capture_time_ns(), received);
+        on_delta(envelope.delta(), received);
         break;
       case v1::Envelope::kPresence:
         on_presence(envelope.presence());
         break;
       case v1::Envelope::kFailure:
         state.problem = shortened(envelope.failure().message());
-        log.warning("the server says {}: {}", envelope.failure().code(), state.problem);
+        if (complaints.allow(received)) {
+          log.warning("the server says {}: {}", shortened(envelope.failure().code()), state.problem);
+        }
         publish();
         break;
       default:
@@ -182,12 +258,16 @@ std::unique_ptr<ModelFeed> ModelFeed::start(const net::Endpoint& endpoint, const
   options.role = v1::ROLE_VIEWER;
   options.program = program_version("handloft-hmd");
   options.reconnect = net::Reconnect::always;
+  options.retry_interval = retry_interval;
+  options.silence_timeout = silence_timeout;
+  options.max_message_parts = max_message_parts;
   net::ClientEvents events;
   events.on_connected = [self](const v1::Welcome& welcome, const net::ClockOffset& offset) {
     self->on_connected(welcome, offset);
   };
   events.on_message = [self](v1::Envelope& envelope) { self->on_message(envelope); };
   events.on_disconnected = [self](const Error& error) { self->on_disconnected(error); };
+  events.on_attempt_failed = [self](const Error& error) { self->on_attempt_failed(error); };
   {
     const std::lock_guard lock(self->client_mutex);
     self->client = net::MessageClient::start(endpoint, options, std::move(events), clock, std::move(log));
@@ -196,7 +276,13 @@ std::unique_ptr<ModelFeed> ModelFeed::start(const net::Endpoint& endpoint, const
 }
 
 std::shared_ptr<const ModelState> ModelFeed::state() const {
-  return implementation_->latest.get();
+  std::shared_ptr<const ModelState> state = implementation_->latest.get();
+  if (state->coming == nullptr || implementation_->clock.now() < state->coming_until) return state;
+  // Nothing more came that would have brought it to the screen.
+  auto resumed = std::make_shared<ModelState>(*state);
+  resumed->scene = std::exchange(resumed->coming, nullptr);
+  implementation_->latest.replace(state, resumed);
+  return resumed;
 }
 
 ModelFeedStatistics ModelFeed::statistics() const {

@@ -1,7 +1,9 @@
 #pragma once
 // The connection to the model server: joins, mirrors, reconnects and resumes by itself, and hands the newest
 // state to the frame loop, which never waits for it (V5). A refused delta counts, leaves the picture as it
-// was, and makes the feed join again: a reconnect is the same code as a late join (U3).
+// was, and makes the feed join again: a reconnect is the same code as a late join (U3). While the server is
+// gone the last picture stays, and when it is back the picture goes over to the new one in one step
+// (resume.h).
 
 #include <compare>
 #include <cstdint>
@@ -30,7 +32,8 @@ struct ModelState {
   std::shared_ptr<const Scene> scene = std::make_shared<const Scene>();
   bool connected = false;
   std::string problem;          ///< Why it is not, in words.
-  std::uint64_t snapshots = 0;  ///< 0: nothing was received yet.
+  std::string refusal;          ///< What of the newest messages was refused, and why; empty: nothing.
+  std::uint64_t snapshots = 0;  ///< Applied; 0: nothing was received yet.
   TimePoint received_at;        ///< When the newest message of the scene came.
   TimePoint last_heard;         ///< When anything came at all.
   TimePoint capture_time;       ///< Of the newest tracking frame that the server has seen, on our clock.
@@ -38,6 +41,9 @@ struct ModelState {
   TimePoint scene_capture_time;  ///< The same, but only of what shaped `scene`, not of presence; 0: none.
   std::map<ActivityKey, Activity> activities;
   std::uint64_t own_client_id = 0;  ///< As the server's Welcome named us; 0: not yet.
+  /// The scene of a server that is just back, while it lacks some of what is shown; null: none.
+  std::shared_ptr<const Scene> coming;
+  TimePoint coming_until;  ///< From then on it is `scene`.
 };
 
 struct ModelFeedStatistics {
@@ -45,6 +51,7 @@ struct ModelFeedStatistics {
   MirrorStatistics mirror;
   std::uint64_t activities_refused = 0;  ///< Presence with NaN and the like.
   LatencyHistogram capture_to_receipt;
+  LatencyHistogram join_to_scene;  ///< From each handshake to its first snapshot, applied.
 };
 
 class ModelFeed {
