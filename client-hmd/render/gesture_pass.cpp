@@ -9,6 +9,8 @@ namespace {
 
 /// Opacity, as a share, of what is behind something.
 constexpr float hidden_share = 0.30F;
+/// Our own hand's disk; others' are in their colours.
+const glm::vec3 disk_face{0.93F, 0.32F, 0.06F}, disk_ink{0.50F, 0.05F, 0.005F};
 /// A disk of no radius still shows where it is.
 constexpr float smallest_disk_m = 0.002F;
 /// Room for the ring of the range outside the disk, in radii.
@@ -20,6 +22,9 @@ constexpr RibbonStyle arrow_style{{0.50F, 0.05F, 0.005F}, 5.0F, 0.0F, 0.25F};
 /// Brackets: an eighth of the box's edges, a little outside.
 constexpr float bracket_share = 0.16F, bracket_gap_m = 0.004F, longest_bracket_m = 0.02F;
 constexpr RibbonStyle bracket_style{{0.75F, 0.15F, 0.005F}, 5.5F, 0.0F, 0.25F};
+/// About what others work on: a frame further out, dashed, so that it is no bracket of ours.
+constexpr float frame_gap_m = 0.008F, frame_width = 3.0F, frame_dash_m = 0.006F;
+constexpr float smallest_ghost_opacity = 0.02F;
 /// From the boundary's last point back to its first: where it would be closed (A24).
 constexpr RibbonStyle closing_style{{0.005F, 0.20F, 0.24F}, 2.0F, 0.004F, 0.0F};
 /// Where the contour of a surface is (A26); what is fainter is no part of its box.
@@ -46,6 +51,8 @@ in vec2 at;
 layout(location = 0) out vec4 out_colour;
 uniform float u_range;
 uniform float u_opacity;
+uniform vec3 u_face;
+uniform vec3 u_ink;
 float band(float r, float middle, float half_width, float pixel) {
   return 1.0 - smoothstep(half_width - pixel, half_width + pixel, abs(r - middle));
 }
@@ -60,12 +67,10 @@ void main() {
   float filled = u_range >= 0.999 ? 1.0 : 1.0 - step(u_range, turn);
   filled *= step(0.004, u_range);
   float gauge = band(r, 1.25, mix(max(0.02, 0.8 * pixel), max(0.085, 2.0 * pixel), filled), 0.6 * pixel);
-  vec3 face_colour = vec3(0.93, 0.32, 0.06);
-  vec3 ink = vec3(0.50, 0.05, 0.005);
   vec3 gauge_colour = mix(vec3(0.04, 0.06, 0.10), vec3(0.02, 0.13, 0.42), filled);
   float alpha = 0.30 * inside;
-  vec3 colour = face_colour;
-  colour = mix(colour, ink, max(rim, 0.6 * rings * inside));
+  vec3 colour = u_face;
+  colour = mix(colour, u_ink, max(rim, 0.6 * rings * inside));
   alpha = max(alpha, max(0.95 * rim, 0.5 * rings * inside));
   float gauge_alpha = gauge * mix(0.55, 0.95, filled);
   colour = mix(colour, gauge_colour, gauge_alpha * (1.0 - rim));
@@ -90,6 +95,8 @@ Axes axes_of(const glm::vec3& normal) {
 }
 
 void add_arrow(const DiskHint& disk, const glm::vec3& eye, Ribbons& out) {
+  RibbonStyle style = arrow_style;
+  if (disk.tint) style.colour = 0.5F * *disk.tint;
   const float length = std::clamp(disk.radius_m, shortest_arrow_m, longest_arrow_m);
   const glm::vec3 tip = disk.centre + length * disk.normal;
   // The head lies flat before the eye; seen from straight behind, any direction will do.
@@ -97,13 +104,15 @@ void add_arrow(const DiskHint& disk, const glm::vec3& eye, Ribbons& out) {
   side = glm::length(side) > 1e-6F ? glm::normalize(side) : axes_of(disk.normal).along;
   const glm::vec3 base = tip - arrow_head_share * length * disk.normal;
   const glm::vec3 reach = arrow_head_width_share * length * side;
-  out.add_segment(disk.centre, tip, arrow_style);
-  out.add_segment(tip, base + reach, arrow_style);
-  out.add_segment(tip, base - reach, arrow_style);
+  out.add_segment(disk.centre, tip, style);
+  const std::array head{Vec3f{(base + reach).x, (base + reach).y, (base + reach).z},
+                        Vec3f{tip.x, tip.y, tip.z},
+                        Vec3f{(base - reach).x, (base - reach).y, (base - reach).z}};
+  out.add(head, false, style);
 }
 
-void add_brackets(const Box& box, Ribbons& out) {
-  const glm::vec3 low = box.low - bracket_gap_m, high = box.high + bracket_gap_m;
+void add_brackets(const Box& box, float gap_m, const RibbonStyle& style, Ribbons& out) {
+  const glm::vec3 low = box.low - gap_m, high = box.high + gap_m;
   const glm::vec3 reach = glm::min(bracket_share * (high - low), glm::vec3(longest_bracket_m));
   for (unsigned corner = 0; corner < 8; ++corner) {
     const glm::bvec3 upper((corner & 1U) != 0, (corner & 2U) != 0, (corner & 4U) != 0);
@@ -111,15 +120,34 @@ void add_brackets(const Box& box, Ribbons& out) {
     for (int axis = 0; axis < 3; ++axis) {
       glm::vec3 to = from;
       to[axis] += upper[axis] ? -reach[axis] : reach[axis];
-      out.add_segment(from, to, bracket_style);
+      out.add_segment(from, to, style);
     }
   }
 }
 
-void add_air_curve(const SceneCurve& curve, Ribbons& out) {
-  out.add(curve.points, curve.closed, ribbon_style(curve.kind, curve.colour_rgba));
+/// The twelve edges of a box.
+void add_box(const Box& box, const RibbonStyle& style, Ribbons& out) {
+  const glm::vec3 low = box.low - frame_gap_m, high = box.high + frame_gap_m;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (unsigned corner = 0; corner < 4; ++corner) {
+      glm::vec3 from = low;
+      const int one = (axis + 1) % 3, other = (axis + 2) % 3;
+      if ((corner & 1U) != 0) from[one] = high[one];
+      if ((corner & 2U) != 0) from[other] = high[other];
+      glm::vec3 to = from;
+      to[axis] = high[axis];
+      out.add_segment(from, to, style);
+    }
+  }
+}
+
+void add_air_curve(const SceneCurve& curve, const std::optional<glm::vec3>& tint, Ribbons& out) {
+  RibbonStyle style = ribbon_style(curve.kind, curve.colour_rgba);
+  RibbonStyle closing = closing_style;
+  if (tint) style.colour = closing.colour = *tint;
+  out.add(curve.points, curve.closed, style);
   if (curve.kind == CurveKind::boundary && !curve.closed && curve.points.size() > 2) {
-    out.add_segment(vec(curve.points.back()), vec(curve.points.front()), closing_style);
+    out.add_segment(vec(curve.points.back()), vec(curve.points.front()), closing);
   }
 }
 
@@ -160,20 +188,55 @@ Result<GesturePass> GesturePass::create() {
 
 void GesturePass::update(const Scene& scene) {
   targets_.clear();
+  provisional_.clear();
+  std::erase_if(boxes_, [&scene](const auto& item) {
+    const auto found = scene.entities.find(item.first);
+    return found == scene.entities.end() || found->second != item.second.entity;
+  });
   for (const auto& [id, entity] : scene.entities) {
-    if (!entity->target) continue;
-    if (const std::optional<Box> box = shown_box(*entity)) targets_.push_back(*box);
+    if (entity->target) targets_.push_back(entity);
+    if (entity->provisional) provisional_.push_back(entity);
   }
 }
 
-void GesturePass::draw_disks(const Frame& frame, const EyeUniforms& eye, float opacity) const {
+const std::optional<Box>& GesturePass::box_of(const std::shared_ptr<const Entity>& entity) {
+  KnownBox& known = boxes_[entity->id];
+  if (known.entity != entity) known = {entity, shown_box(*entity)};
+  return known.box;
+}
+
+void GesturePass::add_frames(const Frame& frame, Ribbons& out) {
+  for (const auto& entity : targets_) {
+    if (const std::optional<Box>& box = box_of(entity)) add_brackets(*box, bracket_gap_m, bracket_style, out);
+  }
+  if (frame.scene == nullptr) return;
+  for (const GhostHint& ghost : frame.ghosts) {
+    if (ghost.opacity < smallest_ghost_opacity) continue;
+    const auto works_on = frame.scene->entities.find(ghost.entity);
+    if (works_on != frame.scene->entities.end()) {
+      if (const std::optional<Box>& box = box_of(works_on->second)) {
+        add_box(*box, {ghost.colour, frame_width, frame_dash_m, 0.0F}, out);
+      }
+    }
+    for (const auto& entity : provisional_) {
+      if (entity->provisional_by != ghost.client_id || entity->id == ghost.entity) continue;
+      if (const std::optional<Box>& box = box_of(entity)) {
+        add_box(*box, {ghost.colour, frame_width, frame_dash_m, 0.0F}, out);
+      }
+    }
+  }
+}
+
+void GesturePass::draw_disks(std::span<const DiskHint> disks, const EyeUniforms& eye, float opacity) const {
   disk_.use();
   disk_.set("u_eye_from_world", eye.eye_from_world);
   disk_.set("u_clip_from_eye", eye.clip_from_eye);
   disk_.set("u_reach", disk_reach);
   disk_.set("u_opacity", opacity);
   glBindVertexArray(no_vertices_.id());
-  for (const DiskHint& disk : frame.disks) {
+  for (const DiskHint& disk : disks) {
+    disk_.set("u_face", disk.tint.value_or(disk_face));
+    disk_.set("u_ink", disk.tint ? 0.5F * *disk.tint : disk_ink);
     const float radius = std::max(disk.radius_m, smallest_disk_m);
     const Axes axes = axes_of(disk.normal);
     disk_.set("u_centre", disk.centre);
@@ -184,11 +247,20 @@ void GesturePass::draw_disks(const Frame& frame, const EyeUniforms& eye, float o
   }
 }
 
-void GesturePass::draw(const Frame& frame, const EyeUniforms& eye) const {
+void GesturePass::draw(const Frame& frame, const EyeUniforms& eye) {
   Ribbons lines;
-  for (const Box& box : targets_) add_brackets(box, lines);
-  for (const auto& curve : frame.air_curves) add_air_curve(*curve, lines);
-  for (const DiskHint& disk : frame.disks) add_arrow(disk, eye.position, lines);
+  std::vector<DiskHint> disks = frame.disks;
+  add_frames(frame, lines);
+  for (const auto& curve : frame.air_curves) add_air_curve(*curve, std::nullopt, lines);
+  for (const GhostHint& ghost : frame.ghosts) {
+    if (ghost.opacity < smallest_ghost_opacity) continue;
+    if (ghost.curve != nullptr) add_air_curve(*ghost.curve, ghost.colour, lines);
+    if (ghost.disk) {
+      disks.push_back(*ghost.disk);
+      disks.back().tint = ghost.colour;
+    }
+  }
+  for (const DiskHint& disk : disks) add_arrow(disk, eye.position, lines);
   if (lines.empty()) return;
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_FALSE);
@@ -197,7 +269,7 @@ void GesturePass::draw(const Frame& frame, const EyeUniforms& eye) const {
   for (const auto& [depth, opacity] :
        {std::pair{GLenum{GL_GREATER}, hidden_share}, {GLenum{GL_LEQUAL}, 1.0F}}) {
     glDepthFunc(depth);
-    draw_disks(frame, eye, opacity);
+    draw_disks(disks, eye, opacity);
     ribbons_.draw(lines, eye, opacity);
   }
   glDepthFunc(GL_LESS);

@@ -207,8 +207,8 @@ HandShape estimate_hand(const HandTips& all_tips, HandPosture posture,
     shape.bones.push_back({joint, root, 0.0095F, thumb_root_radius, seen, seen});
     shape.bones.push_back({root, wrist, thumb_root_radius, wrist_radius, seen, certainty});
   }
-  shape.bones.push_back({wrist, wrist + arm_length * unit_or(axes.back + 0.5F * arm, axes.back),
-                         wrist_radius + 0.004F, arm_radius, certainty, arm_certainty});
+  shape.bones.push_back({wrist, wrist + arm_length * unit_or(axes.back + 0.5F * arm, axes.back), 0.021F,
+                         arm_radius, certainty, arm_certainty});
   return shape;
 }
 

@@ -155,10 +155,11 @@ void PointPass::draw(const Scene& scene, const EyeUniforms& eye, Stage stage) co
   program_.set("u_focal_px", eye.focal_px);
   program_.set("u_smallest_px", smallest_point_px);
   program_.set("u_laid", laid_ink);
-  program_.set("u_in_the_air", provisional_ink);
   for (const auto& [id, entity] : scene.entities) {
     const auto found = residents_.find(id);
     if (!entity->shows_points() || found == residents_.end() || found->second.count == 0) continue;
+    const auto user = user_colours_.find(entity->provisional_by);
+    program_.set("u_in_the_air", user == user_colours_.end() ? provisional_ink : user->second);
     program_.set("u_settled", static_cast<int>(entity->settled_points));
     bind_texture(0, GL_TEXTURE_BUFFER, found->second.style_texture.id());
     glBindVertexArray(found->second.array.id());

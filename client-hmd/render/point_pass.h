@@ -19,6 +19,8 @@ class PointPass {
  public:
   static Result<PointPass> create();
   void update(const Scene& scene);
+  /// From now on: what users' gestures are about to leave is in their colours, linear RGB.
+  void show_users(std::map<std::uint64_t, glm::vec3> colours) { user_colours_ = std::move(colours); }
   /// `stage` weighted, peel or coverage: fuzzy points are never opaque all over.
   void draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const;
 
@@ -33,6 +35,7 @@ class PointPass {
   };
   GlProgram program_;
   std::map<std::string, Resident> residents_;
+  std::map<std::uint64_t, glm::vec3> user_colours_;
 };
 
 }  // namespace handloft::client

@@ -207,6 +207,9 @@ struct Renderer::Implementation {
     }
 
     if (const Status built = ghosts.prepare(frame, eye, width, height); !built) return built.error();
+    std::map<std::uint64_t, glm::vec3> users;
+    for (const GhostHint& ghost : frame.ghosts) users.emplace(ghost.client_id, ghost.colour);
+    points.show_users(std::move(users));
     surfaces.show_distances(frame.distances);
     surfaces.show_shading(frame.shading);
     targets.bind_picture();
