@@ -28,15 +28,30 @@ void HandStream::connected_anew() {
   pen_in_hand_ = false;
   sent_.reset();
   waiting_.reset();
+  cancelled_at_.reset();
 }
 
 bool HandStream::is_pen() const {
   return tool_ == DesktopTool::draw || tool_ == DesktopTool::trim || tool_ == DesktopTool::region;
 }
 
+// Every frame costs, and state changes are told even into debt.
 TimePoint HandStream::later(TimePoint time) {
-  last_time_ = std::max(time, last_time_ + std::chrono::microseconds(1));
-  return last_time_;
+  const TimePoint next = std::max(time, last_time_ + std::chrono::microseconds(1));
+  const double gained = to_seconds(next - last_time_) * options_.frames_per_s;
+  tokens_ = std::min(options_.burst_frames, tokens_ + gained) - 1.0;
+  last_time_ = next;
+  return next;
+}
+
+bool HandStream::affords(TimePoint time) const {
+  return tokens_ + to_seconds(time - last_time_) * options_.frames_per_s >= 1.0;
+}
+
+// A fist within its first moments at its first place: the server would take a mean over what is told now.
+bool HandStream::settling(TimePoint time, const glm::dvec3& at) const {
+  return tool_ && is_fist(*tool_) && sent_ && sent_->time == began_ && turn_ == sent_->turn &&
+         glm::distance(at, began_at_) <= steady_m && time - began_ < steady_for;
 }
 
 HandPose HandStream::pose_at(TimePoint time, const glm::dvec3& at, const HandTouch& touch) const {
@@ -107,15 +122,19 @@ void HandStream::send_hover(TimePoint time) {
   send(pose);
 }
 
+void HandStream::send_no_hand(TimePoint time) {
+  messages_.emplace_back(no_hand_frame(later(time), ++sequence_));
+}
+
 void HandStream::leave(TimePoint time) {
   hover_.reset();
   if (tool_ || !std::exchange(sent_, std::nullopt)) return;
-  messages_.emplace_back(no_hand_frame(later(time), ++sequence_));
+  send_no_hand(time);
 }
 
 void HandStream::begin(DesktopTool tool, TimePoint time, const glm::dvec3& at, const glm::dvec3& direction,
                        const HandTouch& touch) {
-  if (tool_) return;
+  if (tool_ || cancelled_at_) return;
   if (pen_in_hand_ && (is_fist(tool) || tool == DesktopTool::lay)) put_down(time);
   if (!pen_in_hand_) set_modes(tool);
   direction_ = direction;
@@ -137,14 +156,9 @@ void HandStream::begin(DesktopTool tool, TimePoint time, const glm::dvec3& at, c
 
 void HandStream::move(TimePoint time, const glm::dvec3& at, const HandTouch& touch) {
   if (!tool_ || !sent_) return;
-  HandPose pose = pose_at(time, at, touch);
-  const bool fist = is_fist(*tool_);
+  waiting_ = pose_at(time, at, touch);
   const bool far_enough = glm::distance(at, sent_->cursor) >= options_.step_m;
-  const bool long_enough = !fist || time - sent_->time >= options_.fist_interval;
-  waiting_ = pose;
-  const bool settling = fist && glm::distance(at, began_at_) <= steady_m && turn_ == sent_->turn &&
-                        sent_->time == began_ && time - began_ < steady_for;
-  if (far_enough && long_enough && !settling) send(pose);
+  if (far_enough && affords(time) && !settling(time, at)) send(*waiting_);
 }
 
 void HandStream::turn(TimePoint time, const glm::dquat& turn) {
@@ -167,12 +181,13 @@ void HandStream::tap_thumb(TimePoint time) {
 }
 
 void HandStream::flush(TimePoint time) {
+  if (cancelled_at_) {
+    send_no_hand(time);
+    if (time - *cancelled_at_ < options_.cancel_after) return;
+    cancelled_at_.reset();
+  }
   if (tool_) {
-    if (!waiting_ || !sent_) return;
-    const bool settling = is_fist(*tool_) && sent_->time == began_ && waiting_->turn == sent_->turn &&
-                          glm::distance(waiting_->cursor, began_at_) <= steady_m &&
-                          time - began_ < steady_for;
-    if (settling) return;
+    if (!waiting_ || !sent_ || settling(time, waiting_->cursor) || !affords(time)) return;
     if (same_work(*waiting_, *sent_)) {
       waiting_.reset();
       return;
@@ -184,7 +199,7 @@ void HandStream::flush(TimePoint time) {
   }
   if (!hover_) return;
   const bool first = !sent_;
-  const Duration since = first ? Duration::max() : time - last_time_;
+  const Duration since = first ? options_.rest_interval : time - last_time_;
   const bool moved = first || !same_work(*hover_, *sent_) || sent_->pressing;
   if (since >= (moved ? options_.hover_interval : options_.rest_interval)) send_hover(time);
 }
@@ -230,8 +245,8 @@ void HandStream::cancel(TimePoint time) {
   waiting_.reset();
   sent_.reset();
   gesture_ = v1::GESTURE_OPEN;
-  messages_.emplace_back(no_hand_frame(later(time), ++sequence_));
-  messages_.emplace_back(no_hand_frame(later(last_time_ + options_.cancel_after), ++sequence_));
+  send_no_hand(time);
+  cancelled_at_ = last_time_;
 }
 
 std::vector<HandMessage> HandStream::take() {

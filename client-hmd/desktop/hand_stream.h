@@ -11,6 +11,8 @@
 //     millimetre, so there are none but the first (interaction/fist_hold.h).
 //   - What would have to be taken back is taken back as a glove's wearer does: by taking the hand away for
 //     longer than the grace period.
+//   - No more frames than the server takes (240 a second, 480 at once; "A hand of one's own" in PROTOCOL.md):
+//     a path that comes all at once is told whole, one that never ends at a rate.
 //   - Times never go back, whatever the events' do.
 //
 // "Move", boundaries and regions are modes that a command toggles; the stream believes to know them, toggles
@@ -37,19 +39,19 @@ struct HandTouch {
 
 struct HandStreamOptions {
   double step_m = 0.001;
-  /// Fists drag what has to be solved for every frame of theirs.
-  Duration fist_interval = std::chrono::milliseconds(4);
+  double frames_per_s = 200.0;
+  double burst_frames = 400.0;
   /// An open hand that hovers tells where it is at this rate while it moves, so that viewers see it, and
   Duration hover_interval = std::chrono::milliseconds(16);
   /// this often while it rests: a server that heard nothing does not know that it is there.
   Duration rest_interval = std::chrono::milliseconds(200);
-  /// InteractionOptions::grace and a bit.
+  /// InteractionOptions::grace and a bit, by the clock: the server does not believe times to come.
   Duration cancel_after = std::chrono::milliseconds(300);
 };
 
 class HandStream {
  public:
-  explicit HandStream(HandStreamOptions options = {}) : options_(options) {}
+  explicit HandStream(HandStreamOptions options = {}) : options_(options), tokens_(options.burst_frames) {}
 
   /// The server's modes are its defaults again, and no gesture is in the air.
   void connected_anew();
@@ -60,7 +62,8 @@ class HandStream {
   void leave(TimePoint time);
 
   /// Begins what `tool` does there. `direction`: of pushing, or across the fist; unit. A push that is to meet
-  /// a shape begins on that side of it which it comes from. Nothing while another gesture is in the air.
+  /// a shape begins on that side of it which it comes from. Nothing while another gesture is in the air, or
+  /// is being taken back.
   void begin(DesktopTool tool, TimePoint time, const glm::dvec3& at, const glm::dvec3& direction,
              const HandTouch& touch);
   void move(TimePoint time, const glm::dvec3& at, const HandTouch& touch);
@@ -96,7 +99,10 @@ class HandStream {
   HandPose pose_at(TimePoint time, const glm::dvec3& at, const HandTouch& touch) const;
   void send(HandPose pose);
   void send_hover(TimePoint time);
+  void send_no_hand(TimePoint time);
   TimePoint later(TimePoint time);
+  bool affords(TimePoint time) const;
+  bool settling(TimePoint time, const glm::dvec3& at) const;
   void set_modes(DesktopTool tool);
   bool is_pen() const;
 
@@ -105,6 +111,8 @@ class HandStream {
   std::vector<HandMessage> messages_;
   std::uint64_t sequence_ = 0;
   TimePoint last_time_;
+  double tokens_ = 0.0;                    ///< Frames that may be sent at once, as of last_time_.
+  std::optional<TimePoint> cancelled_at_;  ///< The hand is away until the server has noticed.
   std::optional<DesktopTool> tool_;
   bool pen_in_hand_ = false;
   v1::Gesture gesture_ = v1::GESTURE_OPEN;
