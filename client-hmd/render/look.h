@@ -43,6 +43,18 @@ struct SurfaceOverlays {
   bool operator==(const SurfaceOverlays&) const = default;
 };
 
+/// What is beyond the contour of opacity 0.5.
+enum class SurfaceEdges : std::uint8_t {
+  soft,     ///< The falloff as it is (A23, A24): how sure the edge is.
+  trimmed,  ///< Nothing: the shape as it would be exported (A26).
+};
+
+/// What stands about the work where no film does.
+enum class Surroundings : std::uint8_t {
+  workplace,  ///< The table with its grid and its palette.
+  bare,       ///< A bare table, for pictures of the work alone.
+};
+
 template <typename Choice>
 struct NamedChoice {
   Choice choice;
