@@ -14,6 +14,7 @@
 #include "common/net/message_client.h"
 #include "daemon-tracking/source/calibration_file.h"
 #include "tests/hardware/driven_device.h"
+#include "tests/hardware/vivid_calibration.h"
 #include "tests/support/process.h"
 #include "tests/support/test_data.h"
 
@@ -101,25 +102,6 @@ class Subscriber {
   std::unique_ptr<net::MessageClient> client_;
 };
 
-/// vivid's webcam as the one table camera, in a mode that it has.
-Calibration vivid_calibration() {
-  Rig rig = default_rig();
-  CameraCalibration camera = rig.cameras.front();
-  const double scale = 320.0 / camera.intrinsics.width_px;
-  camera.intrinsics.width_px = 320;
-  camera.intrinsics.height_px = 180;
-  camera.intrinsics.fx_px *= scale;
-  camera.intrinsics.fy_px *= scale;
-  camera.intrinsics.cx_px = 159.5;
-  camera.intrinsics.cy_px = 89.5;
-  rig.cameras = {camera};
-  Calibration calibration = calibration_of(rig);
-  calibration.date = "2026-11-22T12:00:00Z";
-  calibration.cameras[0].format = PixelFormat::yuyv;
-  calibration.cameras[0].frames_per_s = 30;
-  return calibration;
-}
-
 struct Delays {
   std::vector<Duration> gone, back;
 };
@@ -143,7 +125,7 @@ TEST(DaemonDevicesT3, TwentyUnplugsOfCameraAndGloveUnderStreaming) {
   const test::TemporaryDirectory folder;
   const SystemClock clock;
   const std::string calibration = (folder.path() / "calibration.toml").string();
-  ASSERT_TRUE(save_calibration(vivid_calibration(), calibration).ok());
+  ASSERT_TRUE(save_calibration(test::vivid_calibration(), calibration).ok());
   test::DrivenDevice glove({"glove_gadget"});
   glove.tell("plug");
   glove.hear("plugged");
