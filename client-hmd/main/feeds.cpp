@@ -24,6 +24,12 @@ void Feeds::follow_daemon() {
   film_connects_ = connects;
 }
 
+void Feeds::follow_users() {
+  const bool same_hand =
+      tracking_ != nullptr && (tracking_->status().connected || tracking_->status().end_of_recording);
+  ghosts_.take(*model_->state(), same_hand ? TrackedHand::ours : TrackedHand::somebodys);
+}
+
 double Feeds::latency_ms() const {
   return tracking_ == nullptr ? 0.0 : model_->statistics().capture_to_receipt.quantile_ms(0.5);
 }

@@ -18,11 +18,13 @@ class Feeds {
 
   /// Once a frame. A daemon that started anew has other pictures.
   void follow_daemon();
+  /// Once a frame: what other users do.
+  void follow_users();
   /// For a camera that was switched to the head; nothing without a daemon.
   void want_film();
 
   /// The newest of everything, without waiting.
-  FrameSources newest() const { return {model_->state(), tracking_.get(), film_.get()}; }
+  FrameSources newest() const { return {model_->state(), tracking_.get(), film_.get(), &ghosts_}; }
   ModelFeed& model() { return *model_; }
   TrackingFeed* tracking() { return tracking_.get(); }  ///< Null without a daemon.
   /// Capture to client, median; 0: unknown.
@@ -35,6 +37,7 @@ class Feeds {
   std::unique_ptr<TrackingFeed> tracking_;
   std::unique_ptr<FilmFeed> film_;
   std::uint64_t film_connects_ = 0;
+  GhostTracker ghosts_;
 };
 
 }  // namespace handloft::client

@@ -79,6 +79,28 @@ Viewpoint choose_viewpoint(const FrameRequest& request, const FrameSources& sour
   return view;
 }
 
+/// For what the film shows of our hand to hide what is behind it.
+FilmedHand filmed_hand(const std::array<std::optional<FingerAnswer>, finger_count>& fingers,
+                       const HandStatus& hand) {
+  static_assert(finger_count == tips_of_a_hand);
+  FilmedHand filmed;
+  for (std::size_t i = 0; i < finger_count; ++i) {
+    if (!fingers[i]) continue;
+    filmed.tips[i] = HandTip{glm::vec3(fingers[i]->position), fingers[i]->seen ? 1.0F : predicted_opacity};
+  }
+  switch (hand.gesture) {
+    case v1::GESTURE_CLOSED:
+      filmed.posture = HandPosture::closed;
+      break;
+    case v1::GESTURE_POINTING:
+      filmed.posture = HandPosture::pointing;
+      break;
+    default:
+      break;
+  }
+  return filmed;
+}
+
 void add_cursor(const std::array<std::optional<FingerAnswer>, finger_count>& fingers, const HandStatus& hand,
                 const std::array<std::uint32_t, finger_count>& colours, Frame& frame) {
   glm::dvec3 sum(0.0);
@@ -121,12 +143,20 @@ int palette_page(const ModelState& model) {
   return first_palette_page;
 }
 
-void add_gestures(const ModelState& model, Frame& frame) {
+/// Whose hand the server's own tracking follows: ours while we hear the same daemon.
+TrackedHand tracked_hand(const TrackingStatus& tracking) {
+  return tracking.connected || tracking.end_of_recording ? TrackedHand::ours : TrackedHand::somebodys;
+}
+
+/// What ghosts do comes with them.
+void add_gestures(const FrameSources& sources, TrackedHand tracked, Frame& frame) {
+  const ModelState& model = *sources.model;
   if (!model.connected) return;  // What hung in the air when the line broke is no longer known.
   for (const auto& [key, activity] : model.activities) {
+    if (sources.ghosts != nullptr && !is_ours(key, model.own_client_id, tracked)) continue;
     if (activity.disk) {
-      frame.disks.push_back(
-          {vec(activity.disk->centre), vec(activity.disk->normal), activity.disk->radius_m, activity.range});
+      frame.disks.push_back({vec(activity.disk->centre), vec(activity.disk->normal), activity.disk->radius_m,
+                             activity.range, std::nullopt});
     }
     if (activity.curve != nullptr) frame.air_curves.push_back(activity.curve);
   }
@@ -202,13 +232,20 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   frame.shading = request.shading;
   frame.palette_page = palette_page(*sources.model);
   if (tracking.hand) {
-    add_cursor(sources.tracking->fingers_at(view.time), *tracking.hand,
-               tracking.finger_colours.value_or(default_finger_colours), frame);
+    const auto fingers = sources.tracking->fingers_at(view.time);
+    add_cursor(fingers, *tracking.hand, tracking.finger_colours.value_or(default_finger_colours), frame);
+    if (frame.film) frame.filmed_hand = filmed_hand(fingers, *tracking.hand);
   }
   const HudStatus status = hud_status(request, sources, tracking);
   // A plane for the hand that draws; in a picture without one it would only stand in the way.
   if (tracking.hand && !tracking.end_of_recording) add_symmetry(*sources.model, frame);
-  add_gestures(*sources.model, frame);
+  add_gestures(sources, tracked_hand(tracking), frame);
+  frame.hand_occlusion = request.hand_occlusion;
+  if (sources.ghosts != nullptr) {
+    frame.ghosts = sources.ghosts->at(request.now, [&request](std::uint64_t client) {
+      return linear_rgb(user_colour(client, request.colours));
+    });
+  }
   frame.overlay = layout_hud(status, request.width_px, request.height_px, measure);
   return frame;
 }

@@ -4,8 +4,10 @@
 // moment of display; and without a head, the orbit camera looks.
 
 #include "client-hmd/hud/hud.h"
+#include "client-hmd/main/ghost_tracker.h"
 #include "client-hmd/main/options.h"
 #include "client-hmd/mirror/model_feed.h"
+#include "client-hmd/render/colours.h"
 #include "client-hmd/render/frame.h"
 #include "client-hmd/view/film_feed.h"
 #include "client-hmd/view/orbit_camera.h"
@@ -18,6 +20,7 @@ struct FrameSources {
   std::shared_ptr<const ModelState> model;
   const TrackingFeed* tracking = nullptr;
   FilmFeed* film = nullptr;
+  const GhostTracker* ghosts = nullptr;  ///< Null: nobody else is shown.
 };
 
 struct FrameRequest {
@@ -31,6 +34,8 @@ struct FrameRequest {
   bool late_warp = false;
   std::optional<DistanceScale> distances;  ///< Show those of shapes to references.
   Shading shading = Shading::studio;
+  HandOcclusion hand_occlusion = HandOcclusion::on;
+  ColourScheme colours = ColourScheme::normal;  ///< Of people.
   double latency_ms = 0.0;  ///< Capture to client, median; 0: unknown.
 };
 

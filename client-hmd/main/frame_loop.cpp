@@ -42,6 +42,7 @@ Status FrameLoop::step() {
   const TimePoint begin = parts_.clock.now();
   handle_input();
   parts_.feeds.follow_daemon();
+  parts_.feeds.follow_users();
   const FrameSources sources = parts_.feeds.newest();
   fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(),
            offscreen() ? Fitting::follow : Fitting::once);
