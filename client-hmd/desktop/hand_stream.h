@@ -19,17 +19,19 @@
 // what a gesture needs just before it, and starts from the server's defaults with every connection.
 
 #include <optional>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "client-hmd/desktop/desktop_state.h"
 #include "client-hmd/desktop/virtual_hand.h"
 #include "common/base/table_palette.h"
+#include "proto/operation.pb.h"
 
 namespace handloft::client {
 
-/// In order: a frame of the hand, or a command that it gives.
-using HandMessage = std::variant<v1::TrackingFrame, PaletteCommand>;
+/// In order: a frame of the hand, a command that it gives, or an operation that needs no hand.
+using HandMessage = std::variant<v1::TrackingFrame, PaletteCommand, v1::Operation>;
 
 /// How the hand works.
 struct HandTouch {
@@ -89,6 +91,8 @@ class HandStream {
   bool pen_in_hand() const { return pen_in_hand_; }
   /// Somebody pressed that cell elsewhere (a key, a panel): the belief follows.
   void command(PaletteCommand command);
+  /// What needs no hand, in its turn.
+  void submit(v1::Operation operation) { messages_.emplace_back(std::move(operation)); }
 
  private:
   struct Modes {
