@@ -63,6 +63,15 @@ Pinhole centred_pinhole(int width_px, int height_px, double fov_y_rad) {
   return out;
 }
 
+Pinhole widened(const Pinhole& pinhole, int margin_px) {
+  Pinhole out = pinhole;
+  out.width_px += 2 * margin_px;
+  out.height_px += 2 * margin_px;
+  out.cx_px += margin_px;
+  out.cy_px += margin_px;
+  return out;
+}
+
 glm::dvec2 distort(const std::array<double, 5>& coefficients, const glm::dvec2& undistorted) {
   const auto [k1, k2, p1, p2, k3] = coefficients;
   const double x = undistorted.x;

@@ -55,6 +55,9 @@ Pinhole covering_pinhole(const Pinhole& camera, int width_px, int height_px);
 /// A centred pinhole with the vertical field of view `fov_y_rad`.
 Pinhole centred_pinhole(int width_px, int height_px, double fov_y_rad);
 
+/// The same view with `margin_px` more on each side; with less when negative.
+Pinhole widened(const Pinhole& pinhole, int margin_px);
+
 /// Normalised image coordinates (X/Z, Y/Z) as the lens bends them.
 glm::dvec2 distort(const std::array<double, 5>& coefficients, const glm::dvec2& undistorted);
 
