@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client-hmd/mirror/latest.h"
+#include "client-hmd/mirror/pending_requests.h"
 #include "client-hmd/mirror/resume.h"
 #include "common/base/version.h"
 #include "common/net/message_client.h"
@@ -28,7 +29,11 @@ constexpr auto complaint_interval = std::chrono::seconds(1);
 /// A server's times beyond this are nonsense, and sums with them would overflow.
 constexpr std::int64_t latest_ns = std::int64_t{1} << 60;
 constexpr std::size_t max_activities = 64;  ///< Hands in one picture.
+/// Ten seconds of a hand: what waits longer would be done to something else.
+constexpr std::size_t max_queued_bytes = std::size_t{1} << 20;
+constexpr std::uint32_t hands_since_minor = 1;  ///< PROTOCOL.md, "Versions".
 constexpr std::size_t max_text_bytes = 256;
+constexpr std::size_t max_notes = 16;  ///< Of one answer.
 
 /// Of a stranger's text: nothing that moves a terminal's cursor.
 std::string shortened(const std::string& text) {
@@ -42,13 +47,15 @@ std::string shortened(const std::string& text) {
 }  // namespace
 
 struct ModelFeed::Implementation {
-  Implementation(const net::Endpoint& where, const Clock& time, Logger logger)
-      : endpoint(where), clock(time), log(std::move(logger)) {}
+  Implementation(const net::Endpoint& where, const Clock& time, Logger logger, const FeedOptions& chosen)
+      : endpoint(where), clock(time), log(std::move(logger)), options(chosen) {}
 
   const net::Endpoint endpoint;
   const Clock& clock;
   const Logger log;
+  const FeedOptions options;
   Latest<ModelState> latest;
+  PendingRequests requests;
 
   mutable std::mutex statistics_mutex;
   ModelFeedStatistics statistics;
@@ -98,6 +105,7 @@ struct ModelFeed::Implementation {
     }
     state.connected = true;
     state.own_client_id = welcome.client_id();
+    state.takes_hands = welcome.protocol_minor() >= hands_since_minor;
     state.problem.clear();
     state.refusal.clear();
     state.activities.clear();
@@ -113,6 +121,8 @@ struct ModelFeed::Implementation {
     state.connected = false;
     state.problem = shortened(error.message);
     state.activities.clear();
+    state.takes_hands = false;
+    requests.abandon("the connection broke, so it is not known whether this was done");
     if (state.coming != nullptr) show(state.coming);
     state.coming = nullptr;  // Less than what is shown.
     publish();
@@ -212,6 +222,47 @@ struct ModelFeed::Implementation {
     publish();
   }
 
+  void on_ack(const v1::Ack& ack) {
+    std::vector<std::string> notes;
+    for (const std::string& note : ack.notes()) {
+      if (notes.size() < max_notes) notes.push_back(shortened(note));
+    }
+    std::string refusal;
+    if (ack.has_failure()) {
+      refusal = shortened(ack.failure().message().empty() ? "refused" : ack.failure().message());
+    }
+    if (!requests.answer(ack.request(), std::move(refusal), std::move(notes))) return;
+    if (!ack.has_failure()) return;
+    const std::lock_guard lock(statistics_mutex);
+    ++statistics.requests_refused;
+  }
+
+  // ---- any thread ----
+
+  Status send(const v1::Envelope& envelope) {
+    if (options.role != v1::ROLE_EDITOR) {
+      return make_error(ErrorCode::permission_denied, "this client only looks");
+    }
+    if (!latest.get()->takes_hands) {
+      return make_error(ErrorCode::failed_precondition, "the model server is not there, or knows no hands");
+    }
+    const std::lock_guard lock(client_mutex);
+    if (client == nullptr) return make_error(ErrorCode::failed_precondition, "shutting down");
+    return client->send(envelope);
+  }
+
+  Status request(std::string what, v1::Envelope envelope, std::uint64_t number) {
+    // Before it is sent: the answer may be here before send() returns.
+    Status status = requests.add(number, std::move(what));
+    if (status.ok()) {
+      status = send(envelope);
+      if (!status) requests.forget(number);
+    }
+    const std::lock_guard lock(statistics_mutex);
+    ++(status.ok() ? statistics.requests_sent : statistics.requests_refused);
+    return status;
+  }
+
   void on_message(const v1::Envelope& envelope) {
     const TimePoint received = clock.now();
     state.last_heard = received;
@@ -224,6 +275,9 @@ struct ModelFeed::Implementation {
         break;
       case v1::Envelope::kPresence:
         on_presence(envelope.presence());
+        break;
+      case v1::Envelope::kAck:
+        on_ack(envelope.ack());
         break;
       case v1::Envelope::kFailure:
         state.problem = shortened(envelope.failure().message());
@@ -250,12 +304,15 @@ ModelFeed::~ModelFeed() {
   }
 }
 
-std::unique_ptr<ModelFeed> ModelFeed::start(const net::Endpoint& endpoint, const Clock& clock, Logger log) {
-  auto parts = std::make_unique<Implementation>(endpoint, clock, log);
+std::unique_ptr<ModelFeed> ModelFeed::start(const net::Endpoint& endpoint, const Clock& clock, Logger log,
+                                            const FeedOptions& who) {
+  auto parts = std::make_unique<Implementation>(endpoint, clock, log, who);
   Implementation* self = parts.get();
   self->publish();
   net::ClientOptions options;
-  options.role = v1::ROLE_VIEWER;
+  options.role = who.role;
+  options.name = who.name;
+  options.max_queued_bytes = max_queued_bytes;
   options.program = program_version("handloft-hmd");
   options.reconnect = net::Reconnect::always;
   options.retry_interval = retry_interval;
@@ -288,6 +345,39 @@ std::shared_ptr<const ModelState> ModelFeed::state() const {
 ModelFeedStatistics ModelFeed::statistics() const {
   const std::lock_guard lock(implementation_->statistics_mutex);
   return implementation_->statistics;
+}
+
+Status ModelFeed::send_hand(const v1::TrackingFrame& frame) {
+  v1::Envelope envelope;
+  *envelope.mutable_tracking() = frame;
+  const Status sent = implementation_->send(envelope);
+  const std::lock_guard lock(implementation_->statistics_mutex);
+  ModelFeedStatistics& statistics = implementation_->statistics;
+  ++(sent.ok() ? statistics.hands_sent : statistics.hands_dropped);
+  return sent;
+}
+
+Status ModelFeed::send_command(PaletteCommand command, std::uint32_t hand) {
+  v1::Envelope envelope;
+  const std::string_view name = palette_command_name(command);
+  const std::uint64_t number = implementation_->requests.next();
+  envelope.mutable_hand_command()->set_request(number);
+  envelope.mutable_hand_command()->set_hand(hand);
+  envelope.mutable_hand_command()->set_command(std::string(name));
+  return implementation_->request(std::string(name), std::move(envelope), number);
+}
+
+Status ModelFeed::submit(const v1::Operation& operation) {
+  v1::Envelope envelope;
+  const std::uint64_t number = implementation_->requests.next();
+  envelope.mutable_submit()->set_request(number);
+  *envelope.mutable_submit()->mutable_operation() = operation;
+  const auto* kind = v1::Operation::descriptor()->FindFieldByNumber(operation.body_case());
+  return implementation_->request(kind == nullptr ? "operation" : kind->name(), std::move(envelope), number);
+}
+
+std::vector<Acknowledgement> ModelFeed::take_acknowledgements() {
+  return implementation_->requests.take();
 }
 
 }  // namespace handloft::client

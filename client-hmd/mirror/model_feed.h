@@ -10,13 +10,18 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "client-hmd/mirror/acknowledgement.h"
 #include "client-hmd/mirror/activity.h"
 #include "client-hmd/mirror/latency.h"
 #include "client-hmd/mirror/scene_mirror.h"
 #include "common/base/clock.h"
 #include "common/base/log.h"
+#include "common/base/table_palette.h"
 #include "common/net/endpoint.h"
+#include "proto/session.pb.h"
 
 namespace handloft::client {
 
@@ -41,6 +46,7 @@ struct ModelState {
   TimePoint scene_capture_time;  ///< The same, but only of what shaped `scene`, not of presence; 0: none.
   std::map<ActivityKey, Activity> activities;
   std::uint64_t own_client_id = 0;  ///< As the server's Welcome named us; 0: not yet.
+  bool takes_hands = false;         ///< This server does something with an editor's hand.
   /// The scene of a server that is just back, while it lacks some of what is shown; null: none.
   std::shared_ptr<const Scene> coming;
   TimePoint coming_until;  ///< From then on it is `scene`.
@@ -52,12 +58,26 @@ struct ModelFeedStatistics {
   std::uint64_t activities_refused = 0;  ///< Presence with NaN and the like.
   LatencyHistogram capture_to_receipt;
   LatencyHistogram join_to_scene;  ///< From each handshake to its first snapshot, applied.
+  std::uint64_t hands_sent = 0;
+  std::uint64_t hands_dropped = 0;  ///< Nobody was there, or read too slowly.
+  std::uint64_t requests_sent = 0;
+  std::uint64_t requests_refused = 0;  ///< Here or by the server.
+};
+
+/// Who joins.
+struct FeedOptions {
+  v1::Role role = v1::ROLE_VIEWER;  ///< ROLE_EDITOR: may send, too.
+  std::string name;                 ///< Shown to others.
 };
 
 class ModelFeed {
  public:
   /// Returns at once; connects, and reconnects, on a thread of its own. `clock` must outlive the feed.
-  static std::unique_ptr<ModelFeed> start(const net::Endpoint& endpoint, const Clock& clock, Logger log);
+  static std::unique_ptr<ModelFeed> start(const net::Endpoint& endpoint, const Clock& clock, Logger log) {
+    return start(endpoint, clock, std::move(log), FeedOptions());
+  }
+  static std::unique_ptr<ModelFeed> start(const net::Endpoint& endpoint, const Clock& clock, Logger log,
+                                          const FeedOptions& options);
   ~ModelFeed();
   ModelFeed(const ModelFeed&) = delete;
   ModelFeed& operator=(const ModelFeed&) = delete;
@@ -65,6 +85,19 @@ class ModelFeed {
   /// The newest state. Any thread; never waits for the network.
   std::shared_ptr<const ModelState> state() const;
   ModelFeedStatistics statistics() const;
+
+  // Editors only. Any thread; never waits, and nothing is kept for a server that is not there: what a hand
+  // did a while ago is not done when it comes back. Errors: failed_precondition when it is not connected, or
+  // knows no hands (protocol 1.0); resource_exhausted when the server reads too slowly; permission_denied for
+  // viewers.
+
+  /// A frame of this client's own hand ("A hand of one's own" in PROTOCOL.md).
+  Status send_hand(const v1::TrackingFrame& frame);
+  /// What becomes of these comes with take_acknowledgements(), in order; of those whose connection broke a
+  /// refusal that says so.
+  Status send_command(PaletteCommand command, std::uint32_t hand = 0);
+  Status submit(const v1::Operation& operation);
+  std::vector<Acknowledgement> take_acknowledgements();
 
  private:
   struct Implementation;
