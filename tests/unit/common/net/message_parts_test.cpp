@@ -61,7 +61,8 @@ TEST(MessageParts, CutBytesAreCorruptNeverReadBeyond) {
         << "as the parser sees it, at " << length;
   }
   EXPECT_EQ(refused, static_cast<int>(whole.size()) - 1) << "the outermost field is always cut";
-  EXPECT_FALSE(count_message_parts(bytes_of(std::string(20, '\xFF')), 1000).ok()) << "a number without an end";
+  EXPECT_FALSE(count_message_parts(bytes_of(std::string(20, '\xFF')), 1000).ok())
+      << "a number without an end";
 }
 
 }  // namespace
