@@ -12,10 +12,20 @@ namespace handloft::client {
 namespace {
 
 constexpr std::uint32_t max_side_px = 8192;
+/// 4096 x 2304, more than what headsets' cameras take: 36 MiB decoded, and a picture bomb costs the frame
+/// loop tens of milliseconds instead of seconds.
+constexpr std::size_t max_pixels = std::size_t{4096} * 2304;
 constexpr auto connect_timeout = std::chrono::milliseconds(500);
 constexpr auto retry_interval = std::chrono::milliseconds(500);
 
 using Pixels = std::vector<std::uint8_t>;
+
+// A progressive JPEG of a few kilobytes may ask for hundreds of passes over the picture.
+#ifdef TJFLAG_LIMITSCANS
+constexpr int decoding_flags = TJFLAG_FASTDCT | TJFLAG_LIMITSCANS;
+#else
+constexpr int decoding_flags = TJFLAG_FASTDCT;
+#endif
 
 Error wrong_size(const net::VideoFrame& frame, std::size_t expected) {
   return make_error(ErrorCode::data_corrupt,
@@ -42,7 +52,7 @@ Result<Pixels> decode_jpeg(const net::VideoFrame& frame) {
   }
   Pixels rgba(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   if (tjDecompress2(decoder.get(), frame.bytes.data(), bytes, rgba.data(), width, 0, height, TJPF_RGBA,
-                    TJFLAG_FASTDCT) != 0) {
+                    decoding_flags) != 0) {
     return make_error(ErrorCode::data_corrupt,
                       fmt::format("a broken JPEG: {}", tjGetErrorStr2(decoder.get())), "video");
   }
@@ -72,6 +82,11 @@ Result<std::vector<std::uint8_t>> decode_picture(const net::VideoFrame& frame) {
                       "video");
   }
   const std::size_t pixels = width * height;
+  if (pixels > max_pixels) {
+    return make_error(
+        ErrorCode::resource_exhausted,
+        fmt::format("a picture of {}x{} px, expected at most {} pixels", width, height, max_pixels), "video");
+  }
   Pixels rgba;
   switch (frame.info.format) {
     case net::VideoFormat::jpeg:

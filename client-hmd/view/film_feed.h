@@ -28,7 +28,7 @@ struct FilmFrame {
 };
 
 /// Turns a frame of the ring into RGBA. Errors: data_corrupt when sizes do not agree or the JPEG is broken;
-/// resource_exhausted above 8192 px a side.
+/// resource_exhausted above 8192 px a side or 4096 x 2304 in all.
 Result<std::vector<std::uint8_t>> decode_picture(const net::VideoFrame& frame);
 
 class FilmFeed {

@@ -6,8 +6,14 @@
 namespace handloft::client {
 namespace {
 
-bool finite(const glm::dvec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+// Beyond these it is no measurement: a room is smaller, hands and heads are slower; and what is predicted
+// from within them is a number.
+constexpr double farthest_m = 1e4;
+constexpr double fastest_m_s = 1e3;
+constexpr double fastest_rad_s = 1e3;
+
+bool within(const glm::dvec3& v, double limit) {
+  return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;  // NaN is not.
 }
 
 bool is_rotation(const glm::dquat& q) {
@@ -30,8 +36,8 @@ RigidPose predict(const MeasuredPose& from, double ahead_s, const PredictionLimi
 }  // namespace
 
 bool PoseHistory::push(const MeasuredPose& sample) {
-  if (!finite(sample.pose.position) || !finite(sample.linear_velocity) || !finite(sample.angular_velocity) ||
-      !is_rotation(sample.pose.orientation)) {
+  if (!within(sample.pose.position, farthest_m) || !within(sample.linear_velocity, fastest_m_s) ||
+      !within(sample.angular_velocity, fastest_rad_s) || !is_rotation(sample.pose.orientation)) {
     return false;
   }
   if (!samples_.empty()) {

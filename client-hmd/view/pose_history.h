@@ -38,9 +38,9 @@ class PoseHistory {
   PoseHistory() = default;
   explicit PoseHistory(PoseHistoryOptions options) : options_(options) {}
 
-  /// False, and nothing is kept, when the time is not after the newest or anything is not finite, or when the
-  /// orientation is not a rotation. A jump back by more than a second (the daemon started anew) clears the
-  /// history.
+  /// False, and nothing is kept, when the time is not after the newest, when anything is not finite or
+  /// farther or faster than anything in a room, or when the orientation is not a rotation. A jump back by
+  /// more than a second (the daemon started anew) clears the history.
   bool push(const MeasuredPose& sample);
 
   /// nullopt before the oldest sample, inside a gap, too long after the newest, or when empty.

@@ -7,6 +7,15 @@
 #include "proto/session.pb.h"
 
 namespace handloft::client {
+namespace {
+
+/// Ten times that at most, so that a daemon that is back is found within half a second.
+constexpr auto retry_interval = std::chrono::milliseconds(50);
+constexpr auto silence_timeout = std::chrono::seconds(15);
+/// Two hands and sixteen cameras have some hundred; 20 MiB.
+constexpr std::size_t max_message_parts = 100'000;
+
+}  // namespace
 
 struct TrackingFeed::Implementation {
   Implementation(const net::Endpoint& where, const Clock& time, Logger logger)
@@ -49,9 +58,10 @@ struct TrackingFeed::Implementation {
   }
 
   void on_disconnected(const Error& error) {
+    constexpr std::size_t longest_words = 256;
     const std::lock_guard lock(mutex);
     history.status().connected = false;
-    history.status().problem = error.message;
+    history.status().problem = error.message.substr(0, longest_words);
   }
 };
 
@@ -75,12 +85,16 @@ std::unique_ptr<TrackingFeed> TrackingFeed::start(const net::Endpoint& endpoint,
   options.role = v1::ROLE_SUBSCRIBER;
   options.program = program_version("handloft-hmd");
   options.reconnect = net::Reconnect::always;
+  options.retry_interval = retry_interval;
+  options.silence_timeout = silence_timeout;
+  options.max_message_parts = max_message_parts;
   net::ClientEvents events;
   events.on_connected = [self](const v1::Welcome&, const net::ClockOffset& offset) {
     self->on_connected(offset);
   };
   events.on_message = [self](v1::Envelope& envelope) { self->on_message(envelope); };
   events.on_disconnected = [self](const Error& error) { self->on_disconnected(error); };
+  events.on_attempt_failed = [self](const Error& error) { self->on_disconnected(error); };
   {
     const std::lock_guard lock(self->client_mutex);
     self->client = net::MessageClient::start(endpoint, options, std::move(events), clock, std::move(log));

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "client-hmd/view/tracking_feed.h"
 #include "common/codec/fingertips.h"
@@ -14,6 +15,12 @@ glm::dvec3 vector_of(const v1::Vec3& v) {
 RigidPose pose_of(const v1::Pose& pose) {
   const v1::Quaternion& q = pose.orientation();
   return {vector_of(pose.position()), {q.w(), q.x(), q.y(), q.z()}};
+}
+
+/// 36 years of a monotonic clock: sums and differences of times within this are no overflow.
+bool is_time(std::int64_t ns) {
+  constexpr std::int64_t latest_ns = std::int64_t{1} << 60;
+  return ns >= 0 && ns <= latest_ns;
 }
 
 bool usable(v1::TrackingState state) {
@@ -49,8 +56,12 @@ void TrackingHistory::clear() {
 }
 
 void TrackingHistory::add(const v1::TrackingFrame& frame, Duration to_local, TimePoint received) {
-  const TimePoint time = from_ns(frame.capture_time_ns()) + to_local;
   ++status_.frames;
+  if (!is_time(frame.capture_time_ns())) {
+    ++status_.refused;
+    return;
+  }
+  const TimePoint time = from_ns(frame.capture_time_ns()) + to_local;
   status_.received_at = received;
   status_.capture_time = time;
   status_.end_of_recording = status_.end_of_recording || frame.end_of_recording();
@@ -126,6 +137,10 @@ void TrackingHistory::add_camera(const v1::CameraState& state, Duration to_local
     found->camera = {state.camera(), state.name().substr(0, max_name_bytes), *pinhole, state.on_head()};
   }
   if (!usable(state.state())) return;
+  if (!is_time(state.exposure_time_ns())) {
+    ++status_.refused;
+    return;
+  }
   MeasuredPose sample;
   sample.time = from_ns(state.exposure_time_ns()) + to_local;
   sample.pose = pose_of(state.world_from_camera());

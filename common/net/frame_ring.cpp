@@ -2,8 +2,10 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <linux/magic.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -177,6 +179,10 @@ Result<FrameRingReader> FrameRingReader::map(FileDescriptor fd) {
   if (seals < 0 || (seals & F_SEAL_SHRINK) == 0) {
     return ring_error(ErrorCode::data_corrupt, "the memory is not sealed against shrinking");
   }
+  // Huge pages that cannot be had when they are touched would kill us as well.
+  struct statfs home {};
+  if (fstatfs(fd.get(), &home) != 0) return system_failure("fstatfs");
+  if (home.f_type != TMPFS_MAGIC) return ring_error(ErrorCode::data_corrupt, "the memory is no plain memfd");
   struct stat status {};
   if (fstat(fd.get(), &status) != 0) return system_failure("fstat");
   const auto size = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
