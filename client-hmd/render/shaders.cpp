@@ -34,6 +34,9 @@ uniform sampler2D u_last_depth;
 uniform int u_hand_before;       // There is a filmed hand: what is behind it is not seen.
 uniform sampler2D u_hand_mask;   // Its coverage, and that times its depth.
 
+uniform float u_above;  // Where the eye of the coverage is over the table.
+
+const float contact_m = 0.015;  // What is nearer to the table than that seems to touch it.
 const float as_good_as_opaque = 0.985;
 
 void emit(vec3 colour, float alpha, float eye_depth) {
