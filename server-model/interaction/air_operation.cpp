@@ -14,6 +14,7 @@ Status AirOperation::begin() {
 
 Status AirOperation::set(v1::Operation operation) {
   operation_ = std::move(operation);
+  operation_.set_client_id(client_id_);
   if (!live()) return begin();
   auto status = model_.update_provisional(id_, operation_);
   if (!status) cancel();
@@ -21,6 +22,7 @@ Status AirOperation::set(v1::Operation operation) {
 }
 
 Status AirOperation::amend(v1::Operation operation) {
+  operation.set_client_id(client_id_);
   if (!live()) {
     v1::Operation before = std::exchange(operation_, std::move(operation));
     auto status = begin();

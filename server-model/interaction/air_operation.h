@@ -3,6 +3,7 @@
 // when somebody else changed the document beneath it: the model evaluates it anew on the new base, and where
 // that failed it is begun once more with all that the hand has done.
 
+#include <cstdint>
 #include <optional>
 #include <span>
 
@@ -14,8 +15,8 @@ namespace handloft::interaction {
 
 class AirOperation {
  public:
-  /// `model` must outlive it.
-  explicit AirOperation(model::Model& model) : model_(model) {}
+  /// `model` must outlive it. `client_id`: whose gesture it is, in every operation of it.
+  AirOperation(model::Model& model, std::uint64_t client_id) : model_(model), client_id_(client_id) {}
   ~AirOperation() { cancel(); }
   AirOperation(const AirOperation&) = delete;
   AirOperation& operator=(const AirOperation&) = delete;
@@ -43,6 +44,7 @@ class AirOperation {
   Status begin();
 
   model::Model& model_;
+  std::uint64_t client_id_;
   model::ProvisionalId id_ = 0;  ///< 0: none.
   v1::Operation operation_;
 };

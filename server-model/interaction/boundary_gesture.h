@@ -20,7 +20,8 @@ namespace handloft::interaction {
 class BoundaryGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
-  explicit BoundaryGesture(Workbench& workbench) : workbench_(workbench), air_(workbench.model) {}
+  explicit BoundaryGesture(Workbench& workbench)
+      : workbench_(workbench), air_(workbench.model, workbench.client_id) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

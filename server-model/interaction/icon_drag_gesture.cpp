@@ -13,7 +13,7 @@ namespace handloft::interaction {
 IconDragGesture::IconDragGesture(Workbench& workbench, NearIcon picked)
     : workbench_(workbench),
       picked_(std::move(picked)),
-      air_(workbench.model),
+      air_(workbench.model, workbench.client_id),
       hold_(workbench),
       fist_(workbench.options.fist_hold) {
   workbench_.select_icon(picked_.name);

@@ -23,7 +23,8 @@ namespace handloft::interaction {
 class IconPenGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
-  explicit IconPenGesture(Workbench& workbench) : workbench_(workbench), air_(workbench.model) {}
+  explicit IconPenGesture(Workbench& workbench)
+      : workbench_(workbench), air_(workbench.model, workbench.client_id) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

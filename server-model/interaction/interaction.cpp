@@ -27,8 +27,28 @@ std::string refusal(std::string_view what, std::string_view why) {
 
 }  // namespace
 
+InteractionStatistics& InteractionStatistics::operator+=(const InteractionStatistics& other) {
+  frames += other.frames;
+  frames_ignored += other.frames_ignored;
+  frames_out_of_order += other.frames_out_of_order;
+  points_laid += other.points_laid;
+  strokes_committed += other.strokes_committed;
+  strokes_cancelled += other.strokes_cancelled;
+  gestures_committed += other.gestures_committed;
+  gestures_cancelled += other.gestures_cancelled;
+  commands += other.commands;
+  refused += other.refused;
+  return *this;
+}
+
 Interaction::Interaction(model::Model& model, const InteractionOptions& options)
-    : workbench_(model, options), palette_(workbench_), space_mouse_(workbench_) {
+    : Interaction(model, options, std::make_shared<Claims>(), 0) {}
+
+Interaction::Interaction(model::Model& model, const InteractionOptions& options, ClaimsPtr claims,
+                         std::uint64_t client_id)
+    : workbench_(model, options, std::move(claims), client_id),
+      palette_(workbench_),
+      space_mouse_(workbench_) {
   for (std::size_t i = 0; i < max_hands; ++i) hands_.emplace_back(workbench_.options);
 }
 
@@ -52,7 +72,7 @@ std::vector<IconMark> Interaction::icon_marks() const {
   std::vector<IconMark> marks;
   for (const IconName& name : workbench_.held) marks.push_back({name, IconMark::Kind::held});
   for (const Hand& hand : hands_) {
-    if (!hand.near_icon || workbench_.held.contains(hand.near_icon->name)) continue;
+    if (!hand.near_icon || workbench_.claims->icons.contains(hand.near_icon->name)) continue;
     const bool told = std::any_of(marks.begin(), marks.end(),
                                   [&](const IconMark& mark) { return mark.name == hand.near_icon->name; });
     if (!told) marks.push_back({hand.near_icon->name, IconMark::Kind::target});
@@ -174,10 +194,10 @@ Interaction::Doing Interaction::wanted_closed(Hand& hand, const HandFrame& frame
     // What was highlighted is what is picked, though closing the hand has moved the fingertips.
     const model::Document& document = workbench_.model.document();
     std::optional<NearIcon> picked;
-    if (hand.near_icon && !workbench_.held.contains(hand.near_icon->name)) {
+    if (hand.near_icon && !workbench_.claims->icons.contains(hand.near_icon->name)) {
       picked = workbench_.icons.within_reach(document, hand.near_icon->name, *frame.fist_centre);
     }
-    if (!picked) picked = workbench_.icons.nearest(document, *frame.fist_centre, workbench_.held);
+    if (!picked) picked = workbench_.icons.nearest(document, *frame.fist_centre, workbench_.claims->icons);
     if (picked) {
       hand.near_icon = std::move(picked);
       return Doing::drag_icon;
@@ -318,6 +338,35 @@ void Interaction::on_table(Hand& hand, const HandFrame& frame, FrameOutcome& out
       answer.refusal.empty() ? answer.words : refusal(answer.words, answer.refusal), active_shape(), {}, {}};
 }
 
+CommandAnswer Interaction::command(std::size_t index, PaletteCommand command, FrameOutcome& outcome) {
+  Hand& hand = hands_.at(index);
+  ++statistics_.commands;
+  const Felt before = felt();
+  CommandAnswer answer =
+      command == PaletteCommand::exponent ? step_exponent(outcome) : palette_.run(command, outcome);
+  if (!answer.refusal.empty()) ++statistics_.refused;
+  tell(hand, answer.refusal.empty() ? answer.words : refusal(answer.words, answer.refusal), active_shape(),
+       last_frame_.value_or(TimePoint{}));
+  feel(before, outcome);
+  return answer;
+}
+
+// The potentiometer stands still between a touch and leaving at once, so where it stands does not matter.
+CommandAnswer Interaction::step_exponent(FrameOutcome& outcome) {
+  ExponentGesture gesture(workbench_);
+  const auto refused = [&](const Error& error) {
+    outcome.problems.push_back("command refused: " + error.describe());
+    return CommandAnswer{std::string(gesture.name()), error.message, error.code};
+  };
+  if (const auto preview = gesture.on_frame({}); !preview) return refused(preview.error());
+  std::string words = gesture.activity().tool;
+  auto submitted = gesture.commit();
+  if (!submitted) return refused(submitted.error());
+  outcome.scene_changed = true;
+  if (*submitted) outcome.submitted.push_back(**std::move(submitted));
+  return {std::move(words), {}};
+}
+
 void Interaction::on_gap(Hand& hand, Gap gap, TimePoint now, FrameOutcome& outcome) {
   if (!hand.unusable_since) hand.unusable_since = now;
   if (now - *hand.unusable_since <= workbench_.options.grace) return;
@@ -406,7 +455,7 @@ void Interaction::aim_at_icon(Hand& hand, const HandFrame& frame, FrameOutcome& 
   const bool pointing = frame.sample.gesture == v1::GESTURE_POINTING;
   const auto at = pointing ? pen_tip(frame.sample) : frame.fist_centre;
   if (free && (open || pointing) && at && workbench_.modes.tool == HandTool::sculpt) {
-    near = workbench_.icons.nearest(workbench_.model.document(), *at, workbench_.held);
+    near = workbench_.icons.nearest(workbench_.model.document(), *at, workbench_.claims->icons);
   }
   const bool same =
       hand.near_icon.has_value() == near.has_value() && (!near || hand.near_icon->name == near->name);

@@ -50,6 +50,8 @@ struct InteractionStatistics {
   std::uint64_t gestures_cancelled = 0;
   std::uint64_t commands = 0;
   std::uint64_t refused = 0;  ///< Gestures and commands that the model refused.
+
+  InteractionStatistics& operator+=(const InteractionStatistics& other);
 };
 
 /// What viewers show of an icon beside its state.
@@ -69,8 +71,17 @@ class Interaction {
 
   /// `model` must outlive it.
   explicit Interaction(model::Model& model, const InteractionOptions& options = {});
+  /// One of several sources of hands on the model: the hands of client `client_id`, with a workbench of their
+  /// own. All sources of a model share `claims`, not null.
+  Interaction(model::Model& model, const InteractionOptions& options, ClaimsPtr claims,
+              std::uint64_t client_id);
 
   FrameOutcome on_frame(const v1::TrackingFrame& frame);
+
+  /// A command of the palette that a hand gives without touching the table (HandCommand): as a touch of its
+  /// cell that leaves at once, whichever page is shown; gestures in the air go on, as they do when the other
+  /// hand touches the table. Precondition: hand < max_hands.
+  CommandAnswer command(std::size_t hand, PaletteCommand command, FrameOutcome& outcome);
 
   /// Nothing more comes (end of a recording, the daemon is gone): gestures in the air are committed, since a
   /// hand that we did not see leave made them on purpose.
@@ -136,6 +147,7 @@ class Interaction {
   void on_hand(Hand& hand, const std::optional<HandSample>& sample, TimePoint now, FrameOutcome& outcome);
   void on_gap(Hand& hand, Gap gap, TimePoint now, FrameOutcome& outcome);
   void on_table(Hand& hand, const HandFrame& frame, FrameOutcome& outcome);
+  CommandAnswer step_exponent(FrameOutcome& outcome);
   Doing wanted(Hand& hand, const HandFrame& frame);
   Doing wanted_closed(Hand& hand, const HandFrame& frame);
   Doing wanted_pointing(const Hand& hand, const HandFrame& frame);

@@ -31,7 +31,8 @@ namespace handloft::interaction {
 class ProfileGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
-  explicit ProfileGesture(Workbench& workbench) : workbench_(workbench), air_(workbench.model) {}
+  explicit ProfileGesture(Workbench& workbench)
+      : workbench_(workbench), air_(workbench.model, workbench.client_id) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

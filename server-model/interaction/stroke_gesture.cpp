@@ -112,7 +112,7 @@ void StrokeGesture::choose_id(v1::AddPoints& add) {
   if (add.has_create()) {
     release_id();
     promised_ = next_shape_id();
-    workbench_.promised.insert(promised_);
+    workbench_.claims->shape_ids.insert(promised_);
     add.set_entity(promised_);
   }
   entity_ = add.entity();
@@ -125,13 +125,14 @@ std::string StrokeGesture::next_shape_id() const {
   std::string id;
   do {
     id = fmt::format("shape-{}", number++);
-  } while (document.used_ids->contains(id) || workbench_.promised.contains(id));  // both are bounded: it ends
+  } while (document.used_ids->contains(id) ||
+           workbench_.claims->shape_ids.contains(id));  // both are bounded: it ends
   return id;
 }
 
 void StrokeGesture::release_id() {
   if (promised_.empty()) return;
-  workbench_.promised.extract(promised_);
+  workbench_.claims->shape_ids.extract(promised_);
   promised_.clear();
 }
 

@@ -13,7 +13,8 @@ namespace handloft::interaction {
 class StrokeGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
-  explicit StrokeGesture(Workbench& workbench) : workbench_(workbench), air_(workbench.model) {}
+  explicit StrokeGesture(Workbench& workbench)
+      : workbench_(workbench), air_(workbench.model, workbench.client_id) {}
   ~StrokeGesture() override { release_id(); }
 
   Result<Preview> on_frame(const HandFrame& frame) override;
@@ -34,7 +35,7 @@ class StrokeGesture final : public Gesture {
   AirOperation air_;
   std::string entity_;
   bool begun_ = false;
-  std::string promised_;  ///< The id that this gesture holds in Workbench::promised; empty: none.
+  std::string promised_;  ///< The id that this gesture holds in Claims::shape_ids; empty: none.
 };
 
 }  // namespace handloft::interaction

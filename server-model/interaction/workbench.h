@@ -1,7 +1,10 @@
 #pragma once
-// What the gestures of all hands share: the model, the modes that the palette sets, and which shape is meant.
+// What the gestures of one source of hands share (the server's own tracking, or a client): the model, the
+// modes that the palette sets, and which shape is meant. And what all sources share: what each keeps to
+// itself for as long as a gesture lasts (U1: leases that end by themselves).
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -32,22 +35,36 @@ struct Modes {
   v1::IconProperty icon_property = v1::ICON_POSITION;  ///< Of points that constrain, from now on.
 };
 
+/// Of all hands on one model: while one has it, no other takes it.
+struct Claims {
+  std::set<IconName> icons;              ///< Driven now.
+  std::multiset<std::string> shape_ids;  ///< Of shapes that strokes in the air are about to make.
+};
+using ClaimsPtr = std::shared_ptr<Claims>;
+
 struct Workbench {
-  /// `model` must outlive it.
-  Workbench(model::Model& model_of, const InteractionOptions& given)
-      : model(model_of), options(given), targets(given.reach_m), icons(given.reach_m) {}
+  /// `model` must outlive it; `claims_of_all` is not null. `client`: whose hands they are; 0: those that the
+  /// server's own tracking follows.
+  Workbench(model::Model& model_of, const InteractionOptions& given,
+            ClaimsPtr claims_of_all = std::make_shared<Claims>(), std::uint64_t client = 0)
+      : model(model_of),
+        client_id(client),
+        options(given),
+        targets(given.reach_m),
+        icons(given.reach_m),
+        claims(std::move(claims_of_all)) {}
 
   model::Model& model;
+  std::uint64_t client_id;  ///< In each operation of theirs.
   InteractionOptions options;
   Modes modes;
   TargetFinder targets;
   IconFinder icons;
   std::string selected;  ///< Chosen from the palette or by a peer; empty: none.
   std::string active;    ///< What a gesture acted on last; empty: the next stroke makes a new shape.
-  /// Ids of shapes that strokes in the air are about to make.
-  std::multiset<std::string> promised;
+  ClaimsPtr claims;
   IconName picked_icon;     ///< What a hand picked or made last; see selected_icon().
-  std::set<IconName> held;  ///< Icons that a hand or the 3D mouse drives now: nobody else takes them.
+  std::set<IconName> held;  ///< Those of `claims` that a hand or the 3D mouse of this source drives now.
 
   /// What strokes and the palette act on: the selected shape, else the one that a gesture acted on last;
   /// empty when there is none, or it is gone (an undo takes it away, a redo brings it back).
@@ -101,12 +118,16 @@ class IconHold {
   /// False: somebody else has it. What was held before is released.
   bool take(const IconName& name) {
     release();
-    if (!workbench_.held.insert(name).second) return false;
+    if (!workbench_.claims->icons.insert(name).second) return false;
+    workbench_.held.insert(name);
     name_ = name;
     return true;
   }
   void release() {
-    if (!name_.empty()) workbench_.held.erase(name_);
+    if (!name_.empty()) {
+      workbench_.held.erase(name_);
+      workbench_.claims->icons.erase(name_);
+    }
     name_ = IconName();
   }
   const IconName& name() const { return name_; }  ///< Empty: nothing.

@@ -22,7 +22,16 @@ template <typename T, std::size_t ChunkSize = 1024>
 class ChunkedVector {
   static_assert(std::is_trivially_copyable_v<T>);
 
+ private:
+  struct Chunk {
+    std::atomic<std::size_t> claimed{0};
+    std::array<T, ChunkSize> items;
+  };
+  using Chunks = std::vector<std::shared_ptr<Chunk>>;
+
  public:
+  static constexpr std::size_t chunk_size = ChunkSize;
+
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
 
@@ -60,6 +69,37 @@ class ChunkedVector {
       size_ += count;
       items = items.subspan(count);
     }
+  }
+
+  /// A chunk on its own, to build again what copies shared (document_codec.h).
+  class Block {
+   public:
+    /// Precondition: 1..ChunkSize items.
+    explicit Block(std::span<const T> items) : chunk_(std::make_shared<Chunk>()), size_(items.size()) {
+      assert(!items.empty() && items.size() <= ChunkSize);
+      std::copy(items.begin(), items.end(), chunk_->items.begin());
+      chunk_->claimed.store(items.size(), std::memory_order_relaxed);
+    }
+    std::size_t size() const { return size_; }
+
+   private:
+    friend class ChunkedVector;
+    std::shared_ptr<Chunk> chunk_;
+    std::size_t size_;
+  };
+
+  /// The first `size` elements of the blocks, which are shared. Precondition: every block but the last is
+  /// full, the last holds what remains or more.
+  static ChunkedVector of_blocks(std::span<const Block> blocks, std::size_t size) {
+    assert((size + ChunkSize - 1) / ChunkSize == blocks.size());
+    ChunkedVector result;
+    if (size == 0) return result;
+    auto list = std::make_shared<Chunks>();
+    list->reserve(blocks.size());
+    for (const Block& block : blocks) list->push_back(block.chunk_);
+    result.chunks_ = std::move(list);
+    result.size_ = size;
+    return result;
   }
 
   /// A copy with element i replaced; only its chunk is copied. Precondition: i < size().
@@ -130,12 +170,6 @@ class ChunkedVector {
   Iterator end() const { return Iterator(this, size_); }
 
  private:
-  struct Chunk {
-    std::atomic<std::size_t> claimed{0};
-    std::array<T, ChunkSize> items;
-  };
-  using Chunks = std::vector<std::shared_ptr<Chunk>>;
-
   static std::shared_ptr<Chunk> copy_of(const Chunk& from, std::size_t used, std::size_t claimed) {
     auto chunk = std::make_shared<Chunk>();
     std::copy_n(from.items.begin(), used, chunk->items.begin());

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "server-model/model/query.h"
 #include "server-model/model/sculpt_solvers.h"
@@ -140,34 +141,63 @@ const Provisional* Model::provisional(ProvisionalId id) const {
   return found == provisional_.end() ? nullptr : &found->second;
 }
 
+namespace {
+
+bool contains(const std::vector<std::string>& ids, std::string_view id) {
+  return std::binary_search(ids.begin(), ids.end(), id);
+}
+
+/// Takes over what one gesture made of the base.
+void show_result(const Provisional& gesture, Document& document) {
+  const Changes& changes = gesture.applied().changes;
+  for (const auto* ids : {&changes.created, &changes.changed}) {
+    for (const std::string& entity : *ids) {
+      document.entities.insert_or_assign(entity, gesture.result().find(entity));
+    }
+  }
+  for (const std::string& entity : changes.removed) document.entities.erase(entity);
+  if (!changes.created.empty()) {
+    auto used = std::make_shared<Document::Ids>(*document.used_ids);
+    used->insert(gesture.result().used_ids->begin(), gesture.result().used_ids->end());
+    document.used_ids = std::move(used);
+    document.next_shape = std::max(document.next_shape, gesture.result().next_shape);
+  }
+}
+
+}  // namespace
+
+// Points are cheap to lay anew on what another gesture has made of the shape; a push or a profile is not.
 Document Model::preview() const {
   Document document = history_.current();
-  for (const auto& [id, gesture] : provisional_) {
-    const Changes& changes = gesture.applied().changes;
-    for (const auto* ids : {&changes.created, &changes.changed}) {
-      for (const std::string& entity : *ids) {
-        document.entities.insert_or_assign(entity, gesture.result().find(entity));
+  std::set<std::string, std::less<>> shown;
+  for (const bool strokes : {false, true}) {
+    for (const auto& [id, gesture] : provisional_) {
+      if (gesture.operation().has_add_points() != strokes) continue;
+      const std::vector<std::string> changed = gesture.applied().changes.all();
+      const bool shared = std::any_of(changed.begin(), changed.end(),
+                                      [&](const std::string& entity) { return shown.contains(entity); });
+      shown.insert(changed.begin(), changed.end());
+      if (strokes && shared) {
+        if (auto both = apply(document, gesture.operation(), context_)) {
+          document = std::move(both->document);
+          continue;
+        }
       }
-    }
-    for (const std::string& entity : changes.removed) document.entities.erase(entity);
-    if (!changes.created.empty()) {
-      auto used = std::make_shared<Document::Ids>(*document.used_ids);
-      used->insert(gesture.result().used_ids->begin(), gesture.result().used_ids->end());
-      document.used_ids = std::move(used);
-      document.next_shape = std::max(document.next_shape, gesture.result().next_shape);
+      show_result(gesture, document);
     }
   }
   return document;
 }
 
-bool Model::is_provisional(std::string_view entity) const {
-  return std::any_of(provisional_.begin(), provisional_.end(), [&](const auto& gesture) {
-    const Changes& changes = gesture.second.applied().changes;
-    const auto among = [&](const std::vector<std::string>& ids) {
-      return std::binary_search(ids.begin(), ids.end(), entity);
-    };
-    return among(changes.created) || among(changes.changed) || among(changes.removed);
-  });
+std::optional<std::uint64_t> Model::provisional_by(std::string_view entity) const {
+  for (auto gesture = provisional_.rbegin(); gesture != provisional_.rend(); ++gesture) {
+    const Changes& changes = gesture->second.applied().changes;
+    if (contains(changes.created, entity) || contains(changes.changed, entity) ||
+        contains(changes.removed, entity)) {
+      return gesture->second.operation().client_id();
+    }
+  }
+  return std::nullopt;
 }
 
 std::uint64_t Model::revision(std::string_view entity) const {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -65,11 +66,13 @@ class Model {
   // --- what there is
   // ------------------------------------------------------------------------------------------
   const Document& document() const { return history_.current(); }
-  /// The document with the gestures in the air on top; the later gesture wins on an entity that two of them
-  /// change.
+  /// The document with the gestures in the air on top. On an entity that several of them change, points that
+  /// are laid come on top of what others do; of two others the later gesture wins.
   Document preview() const;
-  /// True when a gesture in the air has changed (or made) this entity.
-  bool is_provisional(std::string_view entity) const;
+  /// Whose gesture in the air has changed (or made) this entity: its operation's client_id, of the latest of
+  /// several; nullopt: nobody's.
+  std::optional<std::uint64_t> provisional_by(std::string_view entity) const;
+  bool is_provisional(std::string_view entity) const { return provisional_by(entity).has_value(); }
   const History& history() const { return history_; }
   std::uint64_t sequence() const { return sequence_; }
   /// Grows with every change of the entity, provisional ones, cancelled ones, undo and redo too; 0: never

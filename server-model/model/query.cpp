@@ -202,7 +202,7 @@ v1::QueryResult entities(const Document& document, const RevisionOf& revision) {
 v1::QueryResult history_of(const History& history) {
   v1::QueryResult result;
   v1::HistoryResult& out = *result.mutable_history();
-  for (std::size_t i = 0; i < history.undo_steps(); ++i) out.add_applied(history.steps()[i].words);
+  for (std::size_t i = 0; i < history.undo_steps(); ++i) out.add_applied(history.steps()[i]->words);
   out.set_undo_steps(static_cast<std::uint32_t>(history.undo_steps()));
   out.set_redo_steps(static_cast<std::uint32_t>(history.redo_steps()));
   out.set_next_undo(history.next_undo());

@@ -30,17 +30,6 @@ bool reads_files(const v1::Operation& operation) {
          (!operation.import_strokes().path().empty() || operation.import_strokes().resolved().empty());
 }
 
-std::vector<stream::IconMark> scene_marks(const std::vector<interaction::IconMark>& marks) {
-  using From = interaction::IconMark::Kind;
-  using To = stream::IconMark::Kind;
-  std::vector<stream::IconMark> result;
-  result.reserve(marks.size());
-  for (const interaction::IconMark& mark : marks) {
-    result.push_back({mark.name.entity, mark.name.icon, mark.kind == From::held ? To::held : To::target});
-  }
-  return result;
-}
-
 }  // namespace
 
 ModelActor::ModelActor(model::Model initial, ActorOptions options, ActorEvents events, const Clock& clock,
@@ -50,12 +39,12 @@ ModelActor::ModelActor(model::Model initial, ActorOptions options, ActorEvents e
       clock_(clock),
       log_(std::move(log)),
       model_(std::move(initial)),
-      interaction_(model_, options_.interaction),
       meshes_([this](std::function<void()> job) { in_pool(std::move(job)); },
               [this] { post([this] { publish_scene(); }); }, options_.meshes),
       builder_(options_.epoch, meshes_),
       pool_(options_.pool_threads),
       work_(boost::asio::make_work_guard(context_)) {
+  source_of({});
   publish_scene();
   thread_ = std::thread([this] { context_.run(); });
 }
@@ -89,7 +78,16 @@ void ModelActor::push_frame(v1::TrackingFrame frame) {
     if (stopped_) return;
     ++pending_frames_;
   }
-  post([this, frame = std::move(frame)] { on_frame(frame); });
+  post([this, frame = std::move(frame)] {
+    {
+      const std::lock_guard lock(frames_mutex_);
+      --pending_frames_;
+    }
+    frames_taken_.notify_one();
+    count_sequence(frame);
+    on_frame(tracked(), frame);
+    if (frame.end_of_recording() && events_.on_end_of_recording) events_.on_end_of_recording();
+  });
 }
 
 void ModelActor::set_feel(std::function<void(const v1::GloveFeedback&)> feel) {
@@ -98,9 +96,115 @@ void ModelActor::set_feel(std::function<void(const v1::GloveFeedback&)> feel) {
 
 void ModelActor::tracking_lost() {
   post([this] {
-    report(interaction_.finish());
+    report(tracked(), tracked().interaction.finish());
     publish_scene();
   });
+}
+
+void ModelActor::end_gestures() {
+  post([this] {
+    for (auto& [id, source] : sources_) report(source, source.interaction.finish());
+    publish_scene();
+  });
+}
+
+HandSource& ModelActor::source_of(const HandOwner& owner) {
+  return sources_.try_emplace(owner.client_id, model_, options_.interaction, claims_, owner).first->second;
+}
+
+std::shared_ptr<HandInbox> ModelActor::inbox_of(std::uint64_t client_id) {
+  const std::lock_guard lock(inboxes_mutex_);
+  std::shared_ptr<HandInbox>& inbox = inboxes_[client_id];
+  if (!inbox) inbox = std::make_shared<HandInbox>(options_.client_frames);
+  return inbox;
+}
+
+void ModelActor::seal_inbox(std::uint64_t client_id) {
+  const std::lock_guard lock(inboxes_mutex_);
+  if (const auto inbox = inboxes_.find(client_id); inbox != inboxes_.end()) inbox->second->seal();
+}
+
+HandInbox::Taken ModelActor::push_hand(const HandOwner& owner, v1::TrackingFrame frame) {
+  frame.set_end_of_recording(false);  // Only the server's own tracking ends a session.
+  std::shared_ptr<HandInbox> inbox = inbox_of(owner.client_id);
+  const HandInbox::Taken taken = inbox->push(std::move(frame), clock_.now());
+  if (taken != HandInbox::Taken::waits) return taken;
+  ++pending_client_frames_;
+  post([this, owner, inbox = std::move(inbox)] {
+    --pending_client_frames_;
+    if (const auto next = inbox->pop()) on_frame(source_of(owner), *next);
+  });
+  return taken;
+}
+
+void ModelActor::hand_gone(const HandOwner& owner) {
+  post([this, owner] {
+    {
+      const std::lock_guard lock(inboxes_mutex_);
+      if (const auto inbox = inboxes_.find(owner.client_id); inbox != inboxes_.end()) {
+        past_frames_ += inbox->second->statistics();
+        inboxes_.erase(inbox);
+      }
+    }
+    const auto source = sources_.find(owner.client_id);
+    if (owner.client_id == 0 || source == sources_.end()) return;
+    report(source->second, source->second.interaction.finish());
+    past_hands_ += source->second.interaction.statistics();
+    sources_.erase(source);
+    publish_scene();
+    if (!events_.on_presence) return;
+    for (int hand = 0; hand < static_cast<int>(interaction::Interaction::max_hands); ++hand) {
+      v1::Presence gone;
+      gone.set_client_id(owner.client_id);
+      gone.set_name(hand_name(owner, hand));
+      gone.set_gone(true);
+      events_.on_presence(clean_presence(std::move(gone)));
+    }
+  });
+}
+
+void ModelActor::command(const HandOwner& owner, const v1::HandCommand& command,
+                         std::function<void(Result<Outcome>)> done) {
+  seal_inbox(owner.client_id);
+  post([this, owner, command, done = std::move(done)] { on_command(owner, command, done); });
+}
+
+void ModelActor::on_command(const HandOwner& owner, const v1::HandCommand& command,
+                            const std::function<void(Result<Outcome>)>& done) {
+  const auto known = palette_command_named(command.command());
+  if (!known) {
+    constexpr std::size_t shown = 64;
+    done(make_error(ErrorCode::invalid_argument,
+                    "found \"" + command.command().substr(0, shown) + "\", expected a command of the palette",
+                    "hand_command.command"));
+    return;
+  }
+  if (command.hand() >= interaction::Interaction::max_hands) {
+    done(make_error(ErrorCode::invalid_argument,
+                    "found " + std::to_string(command.hand()) + ", expected less than " +
+                        std::to_string(interaction::Interaction::max_hands),
+                    "hand_command.hand"));
+    return;
+  }
+  HandSource& source = source_of(owner);
+  interaction::FrameOutcome outcome;
+  const interaction::CommandAnswer answer = source.interaction.command(command.hand(), *known, outcome);
+  if (outcome.scene_changed) publish_scene();
+  report(source, outcome);
+  publish_presence(source, static_cast<int>(command.hand()) + 1);
+  if (!answer.refusal.empty()) {
+    done(make_error(answer.refused_as, answer.refusal, "hand_command.command"));
+  } else if (!outcome.exports.empty()) {
+    export_for_hand(owner.client_id, done);
+  } else {
+    Outcome result;
+    for (const model::Submitted& submitted : outcome.submitted) {
+      result.sequence = submitted.sequence;
+      for (std::string& id : submitted.changes.all()) result.entities.push_back(std::move(id));
+      result.notes.insert(result.notes.end(), submitted.notes.begin(), submitted.notes.end());
+    }
+    done(std::move(result));
+  }
 }
 
 void ModelActor::count_sequence(const v1::TrackingFrame& frame) {
@@ -111,35 +215,33 @@ void ModelActor::count_sequence(const v1::TrackingFrame& frame) {
   last_sequence_ = frame.sequence();
 }
 
-void ModelActor::on_frame(const v1::TrackingFrame& frame) {
-  std::size_t waiting = 0;
+void ModelActor::on_frame(HandSource& source, const v1::TrackingFrame& frame) {
+  std::size_t waiting = pending_client_frames_;
   {
     const std::lock_guard lock(frames_mutex_);
-    waiting = --pending_frames_;
+    waiting += pending_frames_;
   }
-  frames_taken_.notify_one();
-
-  count_sequence(frame);
-  const std::uint64_t ignored = interaction_.statistics().frames_ignored;
-  const interaction::FrameOutcome outcome = interaction_.on_frame(frame);
+  const std::uint64_t ignored = source.interaction.statistics().frames_ignored;
+  const interaction::FrameOutcome outcome = source.interaction.on_frame(frame);
   if (outcome.scene_changed) {
     capture_time_ns_ = frame.capture_time_ns();
     ++frames_without_scene_;
   }
   if (frames_without_scene_ > 0 && (waiting == 0 || frames_without_scene_ >= max_frames_without_scene))
     publish_scene();
-  report(outcome);
-  for (std::size_t i = 0; i < outcome.exports.size(); ++i) export_for_hand();
-  if (feel_) {
+  report(source, outcome);
+  for (std::size_t i = 0; i < outcome.exports.size(); ++i) export_for_hand(source.owner.client_id, {});
+  if (feel_ && source.owner.client_id == 0) {
     for (const interaction::Pulse pulse : outcome.pulses) feel_(glove_feedback(pulse));
   }
-  if (interaction_.statistics().frames_ignored == ignored) publish_presence(frame);
-  if (frame.end_of_recording() && events_.on_end_of_recording) events_.on_end_of_recording();
+  if (source.interaction.statistics().frames_ignored != ignored) return;
+  source.last_frame = frame;
+  publish_presence(source);
 }
 
-void ModelActor::report(const interaction::FrameOutcome& outcome) {
+void ModelActor::report(const HandSource& source, const interaction::FrameOutcome& outcome) {
   for (const model::Submitted& submitted : outcome.submitted) {
-    log_.debug("hand: {} ({})", submitted.words, submitted.sequence);
+    log_.debug("{}: {} ({})", source.owner.name, submitted.words, submitted.sequence);
     for (const std::string& note : submitted.notes) log_.info("{}", note);
     for (const std::string& gesture : submitted.cancelled_gestures) log_.warning("{}", gesture);
   }
@@ -150,46 +252,60 @@ void ModelActor::report(const interaction::FrameOutcome& outcome) {
   }
 }
 
-void ModelActor::publish_presence(const v1::TrackingFrame& frame) {
+void ModelActor::publish_presence(HandSource& source, int at_least) {
   if (!events_.on_presence) return;
+  const v1::TrackingFrame& frame = source.last_frame;
   const int hands = std::min(frame.hands_size(), static_cast<int>(interaction::Interaction::max_hands));
-  for (int i = 0; i < std::max(1, hands); ++i) {
-    v1::Presence presence = hand_presence(frame, i, interaction_);
+  for (int i = 0; i < std::max(at_least, hands); ++i) {
+    v1::Presence presence = hand_presence(frame, i, source.interaction, source.owner);
     // What the hand does now is more important than what became of its export.
-    if (!notice_.empty() && (presence.tool().empty() || presence.tool() == export_words)) {
-      presence.set_tool(notice_);
+    if (!source.notice.empty() && (presence.tool().empty() || presence.tool() == export_words)) {
+      presence.set_tool(source.notice);
       presence = clean_presence(std::move(presence));
     }
     events_.on_presence(presence);
   }
-  if (!notice_.empty() && clock_.now() > notice_until_) notice_.clear();
+  if (!source.notice.empty() && clock_.now() > source.notice_until) source.notice.clear();
 }
 
-void ModelActor::export_for_hand() {
-  in_pool([this, document = model_.document()] {
+void ModelActor::export_for_hand(std::uint64_t client_id, std::function<void(Result<Outcome>)> done) {
+  in_pool([this, client_id, done = std::move(done), document = model_.document()] {
     auto exported = model::export_from_palette(document, options_.export_folder, options_.cad);
-    post([this, exported = std::move(exported)] {
+    post([this, client_id, done, exported = std::move(exported)] {
       if (!exported) {
         log_.warning("export refused: {}", exported.error().describe());
-        notify("export refused: " + exported.error().message);
+        notify(client_id, "export refused: " + exported.error().message);
+        if (done) done(exported.error());
         return;
       }
       log_.info("exported \"{}\"", exported->path.string());
       for (const std::string& note : exported->notes) log_.info("{}", note);
-      notify("exported " + exported->path.filename().string());
+      const std::string words = "exported " + exported->path.filename().string();
+      notify(client_id, words);
+      if (!done) return;
+      Outcome outcome;
+      outcome.entities = exported->entities;
+      outcome.notes = exported->notes;
+      outcome.notes.insert(outcome.notes.begin(), words);
+      done(std::move(outcome));
     });
   });
 }
 
-void ModelActor::notify(std::string words) {
-  notice_ = std::move(words);
-  notice_until_ = clock_.now() + options_.notice_for;
+void ModelActor::notify(std::uint64_t client_id, std::string words) {
+  const auto source = sources_.find(client_id);
+  if (source == sources_.end()) return;  // Gone meanwhile.
+  source->second.notice = std::move(words);
+  source->second.notice_until = clock_.now() + options_.notice_for;
+  // A client may command without moving a hand.
+  if (client_id != 0) publish_presence(source->second);
 }
 
 void ModelActor::publish_scene() {
   frames_without_scene_ = 0;
-  stream::ScenePtr scene = builder_.build(model_, interaction_.active_shape(), capture_time_ns_,
-                                          interaction_.targets(), scene_marks(interaction_.icon_marks()));
+  stream::HandMarks marks;
+  for (const auto& [id, source] : sources_) add_marks(source.interaction, marks);
+  stream::ScenePtr scene = builder_.build(model_, capture_time_ns_, marks);
   {
     const std::lock_guard lock(scene_mutex_);
     scene_.swap(scene);
@@ -204,6 +320,7 @@ stream::ScenePtr ModelActor::scene() const {
 
 void ModelActor::submit(v1::Operation operation, model::FileAccess files,
                         std::function<void(Result<Outcome>)> done) {
+  seal_inbox(operation.client_id());
   const auto apply = [this](const v1::Operation& resolved,
                             const std::function<void(Result<Outcome>)>& answer) {
     auto submitted = model_.submit(resolved);
@@ -278,7 +395,13 @@ ActorState ModelActor::state_now() const {
   state.hash = model::document_hash(state.document);
   state.sequence = model_.sequence();
   state.tracking = tracking_;
-  state.interaction = interaction_.statistics();
+  state.interaction = past_hands_;
+  for (const auto& [id, source] : sources_) state.interaction += source.interaction.statistics();
+  {
+    const std::lock_guard lock(inboxes_mutex_);
+    state.client_frames = past_frames_;
+    for (const auto& [id, inbox] : inboxes_) state.client_frames += inbox->statistics();
+  }
   state.meshes = meshes_.statistics();
   return state;
 }

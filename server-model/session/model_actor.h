@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -23,9 +24,13 @@
 #include "common/base/result.h"
 #include "proto/query.pb.h"
 #include "proto/scene.pb.h"
+#include "proto/session.pb.h"
 #include "proto/tracking.pb.h"
 #include "server-model/interaction/interaction.h"
 #include "server-model/model/model.h"
+#include "server-model/session/hand_inbox.h"
+#include "server-model/session/hand_source.h"
+#include "server-model/session/presence.h"
 #include "server-model/session/resolve_operation.h"
 #include "server-model/session/script_target.h"
 #include "server-model/stream/mesh_cache.h"
@@ -39,7 +44,8 @@ struct ActorOptions {
   stream::MeshCacheOptions meshes;
   std::uint64_t epoch = 0;  ///< Another one with every start.
   std::size_t max_pending_frames =
-      64;  ///< Tracking frames that may wait: a second's worth. See push_frame().
+      64;                          ///< Tracking frames that may wait: a second's worth. See push_frame().
+  HandInboxOptions client_frames;  ///< That may wait of each client. See push_hand().
   std::filesystem::path export_folder = ".";       ///< Where the palette's "Export" writes.
   std::shared_ptr<const exchange::CadKernel> cad;  ///< By what; as model::FileAccess::cad.
   /// How long presence tells what became of an export: as long as reading a file's name takes.
@@ -50,7 +56,7 @@ struct ActorOptions {
 /// Called from the model's thread; must not block. Any may be empty.
 struct ActorEvents {
   std::function<void()> on_scene;                        ///< There is a newer scene().
-  std::function<void(const v1::Presence&)> on_presence;  ///< Of a hand.
+  std::function<void(const v1::Presence&)> on_presence;  ///< Of a hand, or that it is gone.
   std::function<void()> on_end_of_recording;
 };
 
@@ -65,8 +71,9 @@ struct ActorState {
   model::Document document;
   std::string hash;
   std::uint64_t sequence = 0;
-  TrackingStatistics tracking;
-  interaction::InteractionStatistics interaction;
+  TrackingStatistics tracking;                     ///< The server's own.
+  interaction::InteractionStatistics interaction;  ///< Of all hands there were.
+  HandInboxStatistics client_frames;               ///< Of all clients there were.
   stream::MeshCacheStatistics meshes;
 };
 
@@ -87,8 +94,22 @@ class ModelActor {
   /// `feel` is told, on the model's thread, what the hand's glove should let it feel: short faint pulses when
   /// it takes hold of an icon, lets go, or is refused. It must not block. Thread-safe.
   void set_feel(std::function<void(const v1::GloveFeedback&)> feel);
-  /// The daemon is gone: gestures in the air end (Interaction::finish()).
+  /// The daemon is gone: gestures of its hands in the air end (Interaction::finish()).
   void tracking_lost();
+
+  /// A frame of a client's own hands (client_id not 0), read by read_client_frame(). The first one, or the
+  /// first command, gives the client a workbench. Never waits; thread-safe, but one client's frames,
+  /// commands and submits must come one after another to be done in that order.
+  HandInbox::Taken push_hand(const HandOwner& owner, v1::TrackingFrame frame);
+  /// A command of the palette by name. `done` as of submit(); of an export when the file is written. Errors:
+  /// invalid_argument for an unknown command or hand, else what the model refuses.
+  void command(const HandOwner& owner, const v1::HandCommand& command,
+               std::function<void(Result<Outcome>)> done);
+  /// The client is gone, in whatever way: what its hands have in the air is committed, since nobody saw them
+  /// leave it and undo takes it back; its workbench is forgotten. Presence tells that it is gone.
+  void hand_gone(const HandOwner& owner);
+  /// Nothing more comes of any hand: all gestures in the air end, as with tracking_lost().
+  void end_gestures();
 
   /// `done` is called on the model's thread or the pool's. Thread-safe; the caller bounds how much it has
   /// under way.
@@ -106,13 +127,21 @@ class ModelActor {
   void stop();
 
  private:
-  void on_frame(const v1::TrackingFrame& frame);
+  void on_frame(HandSource& source, const v1::TrackingFrame& frame);
   void count_sequence(const v1::TrackingFrame& frame);
-  void publish_presence(const v1::TrackingFrame& frame);
+  void on_command(const HandOwner& owner, const v1::HandCommand& command,
+                  const std::function<void(Result<Outcome>)>& done);
+  HandSource& tracked() { return sources_.at(0); }  ///< The server's own.
+  HandSource& source_of(const HandOwner& owner);
+  std::shared_ptr<HandInbox> inbox_of(std::uint64_t client_id);
+  void seal_inbox(std::uint64_t client_id);
+  /// Of the frame's hands, and of so many at the least.
+  void publish_presence(HandSource& source, int at_least = 1);
   void publish_scene();
-  void report(const interaction::FrameOutcome& outcome);
-  void export_for_hand();
-  void notify(std::string words);  ///< Hands' presence tells it for a while.
+  void report(const HandSource& source, const interaction::FrameOutcome& outcome);
+  /// `done` may be empty.
+  void export_for_hand(std::uint64_t client_id, std::function<void(Result<Outcome>)> done);
+  void notify(std::uint64_t client_id, std::string words);  ///< Its hands' presence tells it for a while.
   ActorState state_now() const;
   void post(std::function<void()> work);     ///< To the model's thread.
   void in_pool(std::function<void()> work);  ///< To a thread beside it.
@@ -126,15 +155,15 @@ class ModelActor {
 
   // Owned by the model's thread.
   model::Model model_;
-  interaction::Interaction interaction_;
+  interaction::ClaimsPtr claims_ = std::make_shared<interaction::Claims>();
+  std::map<std::uint64_t, HandSource> sources_;    ///< By client; 0: the server's own, always there.
+  interaction::InteractionStatistics past_hands_;  ///< Of clients that are gone.
   stream::MeshCache meshes_;
   stream::SceneBuilder builder_;
   std::int64_t capture_time_ns_ = 0;
   int frames_without_scene_ = 0;  ///< That changed it since it was published.
   std::optional<std::uint64_t> last_sequence_;
   TrackingStatistics tracking_;
-  std::string notice_;
-  TimePoint notice_until_;
 
   mutable std::mutex scene_mutex_;
   stream::ScenePtr scene_;
@@ -142,6 +171,10 @@ class ModelActor {
   std::mutex frames_mutex_;
   std::condition_variable frames_taken_;
   std::size_t pending_frames_ = 0;
+  std::atomic<std::size_t> pending_client_frames_ = 0;
+  mutable std::mutex inboxes_mutex_;
+  std::map<std::uint64_t, std::shared_ptr<HandInbox>> inboxes_;  ///< By client.
+  HandInboxStatistics past_frames_;                              ///< Of clients that are gone.
 
   std::atomic<std::size_t> pending_work_ = 0;
   std::atomic<bool> stopped_ = false;

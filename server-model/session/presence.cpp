@@ -129,10 +129,17 @@ std::string mode_words(const interaction::Interaction& interaction) {
 
 }  // namespace
 
+std::string hand_name(const HandOwner& owner, int hand) {
+  if (hand == 0) return owner.name;
+  const std::string number = std::to_string(hand + 1);
+  return owner.client_id == 0 ? owner.name + " " + number : owner.name + " (" + number + ")";
+}
+
 v1::Presence hand_presence(const v1::TrackingFrame& frame, int hand,
-                           const interaction::Interaction& interaction) {
+                           const interaction::Interaction& interaction, const HandOwner& owner) {
   v1::Presence presence;
-  presence.set_name(hand == 0 ? "hand" : "hand " + std::to_string(hand + 1));
+  presence.set_client_id(owner.client_id);
+  presence.set_name(hand_name(owner, hand));
   if (hand < frame.hands_size()) {
     *presence.mutable_hand() = frame.hands(hand);
     presence.set_range(frame.hands(hand).potentiometer());
@@ -140,7 +147,8 @@ v1::Presence hand_presence(const v1::TrackingFrame& frame, int hand,
   if (frame.has_head()) *presence.mutable_head() = frame.head();
   const interaction::HandActivity activity = interaction.activity(static_cast<std::size_t>(hand));
   presence.set_tool(activity.tool);
-  presence.set_entity(activity.entity);
+  const bool own = owner.client_id != 0;
+  presence.set_entity(own && activity.entity.empty() ? interaction.active_shape() : activity.entity);
   presence.set_capture_time_ns(frame.capture_time_ns());
   if (activity.disk) {
     set_vec3(*presence.mutable_disk()->mutable_centre(), activity.disk->centre);

@@ -19,8 +19,8 @@ struct SessionFigures {
 /// {"hash":..., "sequence":..., "entity_count":..., "point_count":...,
 /// "entities":[{"id","name","points","fitted","degree",
 /// "residual_rms_m","residual_max_m","symmetry","partner"}],
-/// "tracking":{"frames","gaps","resets","frames_ignored",...}, "gestures":{...}, "meshes":{...},
-/// "latency":{...}}. Lengths in metres.
+/// "tracking":{"frames","gaps","resets","frames_ignored",...}, "client_hands":{...}, "gestures":{...},
+/// "meshes":{...}, "latency":{...}}. Lengths in metres.
 std::string report_json(const SessionFigures& figures);
 
 /// Writes to a temporary file beside it and renames. Errors: io, naming the path.

@@ -137,7 +137,7 @@ class Session {
     if (stopping_) return;
     stopping_ = true;
     // Ends gestures in the air as a gone daemon would; what a hand has laid is not lost by stopping.
-    server_->actor().tracking_lost();
+    server_->actor().end_gestures();
     figures_.state = server_->actor().state();
     figures_.clients_served = server_->clients_served();
     figures_.capture_to_delta = server_->capture_to_delta();

@@ -7,32 +7,17 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/log.h"
-#include "common/net/connection.h"
 #include "common/net/message_server.h"
 #include "server-model/session/latency.h"
 #include "server-model/session/model_actor.h"
-#include "server-model/stream/viewer.h"
+#include "server-model/session/server_options.h"
 
 namespace handloft::session {
-
-struct ServerOptions {
-  std::string model_name = "main";  ///< What a Join may name; empty always means this one.
-  net::ServerOptions net;           ///< `roles` is set here: viewers and editors.
-  stream::ViewerLimits viewer;
-  /// Submits and asks of one peer that are not yet answered. With so many under way nothing more is read of
-  /// the peer until half are answered, so that none can fill our memory; the one that reaches the bytes is
-  /// still taken.
-  std::size_t max_pending_requests = 64;
-  std::size_t max_pending_bytes = 32U << 20;
-  ActorOptions actor;
-  model::FileAccess files;  ///< See ServeOptions::files.
-};
 
 class Server {
  public:
@@ -65,8 +50,8 @@ class Server {
 
  private:
   struct Implementation;
-  explicit Server(std::shared_ptr<Implementation> implementation);
-  std::shared_ptr<Implementation> implementation_;
+  explicit Server(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
 };
 
 }  // namespace handloft::session

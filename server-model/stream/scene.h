@@ -27,11 +27,19 @@ struct IconMark {
   bool operator==(const IconMark&) const = default;
 };
 
+/// What all hands together point out in the scene.
+struct HandMarks {
+  std::vector<std::string> active;   ///< Ids of what gestures and commands act on.
+  std::vector<std::string> targets;  ///< Ids of what hands act on now, or would.
+  std::vector<IconMark> icons;
+};
+
 struct SceneEntity {
   model::EntityPtr entity;  ///< Never null.
   std::uint64_t revision = 0;
   bool provisional = false;
-  bool selected = false;
+  std::uint64_t provisional_by = 0;  ///< With `provisional`: whose gesture, as EntityState.provisional_by.
+  bool selected = false;             ///< Of any source of hands.
   bool target = false;               ///< A hand acts on it now, or would.
   std::vector<IconMark> icon_marks;  ///< Of this entity.
   /// Packed triangles of a dual shape's fit, a reference, a sculpted surface or what is not sculptable of a

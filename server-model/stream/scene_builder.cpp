@@ -17,9 +17,8 @@ v1::HistoryState history_state(const model::History& history) {
   return state;
 }
 
-ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selected,
-                             std::int64_t capture_time_ns, std::span<const std::string> targets,
-                             std::span<const IconMark> icons) {
+ScenePtr SceneBuilder::build(const model::Model& model, std::int64_t capture_time_ns,
+                             const HandMarks& marks) {
   auto scene = std::make_shared<Scene>();
   scene->epoch = epoch_;
   scene->sequence = model.sequence();
@@ -38,9 +37,11 @@ ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selecte
       SceneEntity& seen = scene->entities[id];
       seen.entity = entity;
       seen.revision = model.revision(id);
-      seen.provisional = model.is_provisional(id);
-      seen.selected = id == selected;
-      seen.target = std::find(targets.begin(), targets.end(), id) != targets.end();
+      const auto by = model.provisional_by(id);
+      seen.provisional = by.has_value();
+      seen.provisional_by = by.value_or(0);
+      seen.selected = std::find(marks.active.begin(), marks.active.end(), id) != marks.active.end();
+      seen.target = std::find(marks.targets.begin(), marks.targets.end(), id) != marks.targets.end();
       if (const model::DualPtr shape = model::as_dual(entity)) {
         seen.surface = meshes_.find(*shape);
         seen.distances = meshes_.references().find_distances(seen.surface, references);
@@ -54,7 +55,7 @@ ScenePtr SceneBuilder::build(const model::Model& model, std::string_view selecte
             meshes_.sculpted().find(sculpted, seen.provisional ? Moment::dragged : Moment::settled);
         // Every frame of a drag has another mesh; measuring them all would hold up what is to be seen.
         if (!seen.provisional) seen.distances = meshes_.references().find_distances(seen.surface, references);
-        std::copy_if(icons.begin(), icons.end(), std::back_inserter(seen.icon_marks),
+        std::copy_if(marks.icons.begin(), marks.icons.end(), std::back_inserter(seen.icon_marks),
                      [&id = id](const IconMark& mark) { return mark.entity == id; });
       }
     }

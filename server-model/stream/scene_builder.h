@@ -3,9 +3,6 @@
 // each entity; unchanged ones are shared.
 
 #include <cstdint>
-#include <span>
-#include <string>
-#include <string_view>
 
 #include "server-model/model/model.h"
 #include "server-model/stream/mesh_cache.h"
@@ -21,10 +18,8 @@ class SceneBuilder {
   /// `epoch` differs between two starts of a server. `meshes` must outlive it.
   SceneBuilder(std::uint64_t epoch, MeshCache& meshes) : epoch_(epoch), meshes_(meshes) {}
 
-  /// `selected`: the id that gestures act on, may be empty. `capture_time_ns`: see Scene. `targets`: ids of
-  /// what hands act on now or would; `icons`: which icons.
-  ScenePtr build(const model::Model& model, std::string_view selected, std::int64_t capture_time_ns,
-                 std::span<const std::string> targets = {}, std::span<const IconMark> icons = {});
+  /// `capture_time_ns`: see Scene.
+  ScenePtr build(const model::Model& model, std::int64_t capture_time_ns, const HandMarks& marks = {});
 
  private:
   std::uint64_t epoch_;

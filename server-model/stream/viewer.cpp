@@ -142,8 +142,8 @@ bool Viewer::is_current(const Held& held, const SceneEntity& entity) const {
   const std::size_t points = shape ? shape->points.size() : 0;
   return surface_current && held.points == points && held.entity.entity == entity.entity &&
          held.entity.revision == entity.revision && held.entity.provisional == entity.provisional &&
-         held.entity.selected == entity.selected && held.entity.target == entity.target &&
-         held.entity.icon_marks == entity.icon_marks;
+         held.entity.provisional_by == entity.provisional_by && held.entity.selected == entity.selected &&
+         held.entity.target == entity.target && held.entity.icon_marks == entity.icon_marks;
 }
 
 void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity,
@@ -153,6 +153,7 @@ void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity
   state.set_revision(entity.revision);
   state.set_name(entity.entity->name);
   state.set_provisional(entity.provisional);
+  state.set_provisional_by(entity.provisional_by);
   state.set_selected(entity.selected);
   state.set_target(entity.target);
   if (const model::DualPtr shape = model::as_dual(entity.entity)) update_dual(held, *shape, entity, state);

@@ -106,7 +106,7 @@ void push_frame(benchmark::State& state) {
   stream::MeshCache meshes([](const std::function<void()>& job) { job(); }, [] {});
   stream::SceneBuilder builder(1, meshes);
   stream::Viewer viewer;
-  (void)viewer.next(*builder.build(model, "", 0));
+  (void)viewer.next(*builder.build(model, 0));
 
   test::HandScript script;
   std::vector<geometry::DiskPose> poses;
@@ -126,7 +126,7 @@ void push_frame(benchmark::State& state) {
     return outcome.scene_changed;
   };
   while (frame_number < frames_down) on_frame(hand_at(frame_number++));
-  (void)viewer.next(*builder.build(model, interaction.active_shape(), 0, interaction.targets()));
+  (void)viewer.next(*builder.build(model, 0, {{interaction.active_shape()}, interaction.targets(), {}}));
 
   std::vector<Part> parts{{"propagation", {}}, {"document", {}}, {"scene", {}}, {"pack", {}}, {"bytes", {}}};
   std::size_t bytes = 0;
@@ -138,7 +138,7 @@ void push_frame(benchmark::State& state) {
     std::vector<double> at{process_milliseconds()};
     if (!on_frame(frame)) throw std::runtime_error("the push changed nothing");
     at.push_back(process_milliseconds());
-    const auto scene = builder.build(model, interaction.active_shape(), 0, interaction.targets());
+    const auto scene = builder.build(model, 0, {{interaction.active_shape()}, interaction.targets(), {}});
     at.push_back(process_milliseconds());
     const auto delta = viewer.next(*scene);
     if (!delta) throw std::runtime_error("nothing to send");

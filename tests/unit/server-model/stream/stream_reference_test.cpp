@@ -46,7 +46,7 @@ class StreamReference : public ::testing::Test {
     for (const unsigned index : {0U, 1U, 2U, 0U, 2U, 3U}) mesh.add_indices(index);
     submit(operation);
   }
-  ScenePtr scene() { return builder_.build(model_, "", 0); }
+  ScenePtr scene() { return builder_.build(model_, 0); }
   static const v1::EntityState* find(const google::protobuf::RepeatedPtrField<v1::EntityState>& states,
                                      const std::string& id) {
     for (const v1::EntityState& state : states) {

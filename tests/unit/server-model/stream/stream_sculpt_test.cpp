@@ -42,7 +42,9 @@ class StreamSculpt : public ::testing::Test {
     apply(R"({"drag_icon": {"entity": "hood", "icon": "top", "translation": {"z": )" + std::to_string(z) +
           "}}}");
   }
-  ScenePtr scene(std::span<const IconMark> marks = {}) { return builder_.build(model_, "", 0, {}, marks); }
+  ScenePtr scene(std::span<const IconMark> marks = {}) {
+    return builder_.build(model_, 0, {{}, {}, {marks.begin(), marks.end()}});
+  }
   model::SculptPtr shape() const { return model::as_sculpt(model_.document().find("hood")); }
   static const v1::EntityState& only(const v1::Envelope& envelope) {
     return envelope.has_snapshot() ? envelope.snapshot().entities(0) : envelope.delta().changed(0);

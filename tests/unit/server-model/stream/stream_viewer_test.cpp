@@ -75,7 +75,7 @@ void expect_same(const Mirror& a, const Mirror& b) {
 
 class ViewerTest : public ::testing::Test {
  protected:
-  ScenePtr scene() { return builder_.build(model_, "shape-1", 42); }
+  ScenePtr scene() { return builder_.build(model_, 42, {{"shape-1"}, {}, {}}); }
   static void catch_up(Viewer& viewer, Mirror& mirror, const Scene& scene) {
     while (const auto envelope = viewer.next(scene)) mirror.take(*envelope);
   }
