@@ -211,7 +211,7 @@ Status Peers::on_message(const net::ConnectionPtr& connection, const v1::Envelop
       return make_error(
           ErrorCode::invalid_argument,
           fmt::format(
-              "found the message \"{}\", expected join, submit, ask, presence, tracking or a hand's command",
+              "found the message \"{}\", expected join, submit, ask, presence, tracking or hand_command",
               v1::Envelope::descriptor()->FindFieldByNumber(envelope.body_case())->name()),
           "body");
   }
