@@ -44,21 +44,23 @@ GlProgram& GlProgram::operator=(GlProgram&& other) noexcept {
 }
 
 Result<GlProgram> GlProgram::build(std::string_view name, std::span<const std::string_view> vertex_parts,
-                                   std::span<const std::string_view> fragment_parts) {
-  const Result<GLuint> vertex = compile(GL_VERTEX_SHADER, name, vertex_parts);
-  if (!vertex) return vertex.error();
-  const Result<GLuint> fragment = compile(GL_FRAGMENT_SHADER, name, fragment_parts);
-  if (!fragment) {
-    glDeleteShader(*vertex);
-    return fragment.error();
-  }
+                                   std::span<const std::string_view> fragment_parts,
+                                   std::span<const std::string_view> geometry_parts) {
+  struct Stage {
+    GLenum kind;
+    std::span<const std::string_view> parts;
+  };
   GlProgram program;
   program.id_ = glCreateProgram();
-  glAttachShader(program.id_, *vertex);
-  glAttachShader(program.id_, *fragment);
+  for (const Stage& stage : {Stage{GL_VERTEX_SHADER, vertex_parts}, Stage{GL_GEOMETRY_SHADER, geometry_parts},
+                             Stage{GL_FRAGMENT_SHADER, fragment_parts}}) {
+    if (stage.parts.empty()) continue;
+    const Result<GLuint> shader = compile(stage.kind, name, stage.parts);
+    if (!shader) return shader.error();
+    glAttachShader(program.id_, *shader);
+    glDeleteShader(*shader);  // It goes with the program.
+  }
   glLinkProgram(program.id_);
-  glDeleteShader(*vertex);
-  glDeleteShader(*fragment);
   GLint linked = GL_FALSE;
   glGetProgramiv(program.id_, GL_LINK_STATUS, &linked);
   if (linked == GL_TRUE) return program;

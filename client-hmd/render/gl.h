@@ -83,7 +83,8 @@ using GlBuffer = GlObject<GlBufferTraits>;
 using GlVertexArray = GlObject<GlVertexArrayTraits>;
 using GlFramebuffer = GlObject<GlFramebufferTraits>;
 
-/// A linked program of a vertex and a fragment shader. Unknown uniform names are ignored, as GL does.
+/// A linked program of a vertex and a fragment shader, perhaps with a geometry shader between them. Unknown
+/// uniform names are ignored, as GL does.
 class GlProgram {
  public:
   GlProgram() = default;
@@ -95,7 +96,8 @@ class GlProgram {
 
   /// Sources without a #version line. Errors: internal with the compiler's own log; `name` is in the message.
   static Result<GlProgram> build(std::string_view name, std::span<const std::string_view> vertex_parts,
-                                 std::span<const std::string_view> fragment_parts);
+                                 std::span<const std::string_view> fragment_parts,
+                                 std::span<const std::string_view> geometry_parts = {});
 
   void use() const { glUseProgram(id_); }
   void set(const char* name, int value) const;

@@ -110,7 +110,9 @@ void MarkPass::draw_curves(const Frame& frame, const EyeUniforms& eye) {
   Ribbons lines;
   for (const auto& [id, entity] : frame.scene->entities) {
     if (entity->curves == nullptr) continue;
+    const bool is_trimmed = frame.edges == SurfaceEdges::trimmed && entity->shows_surface();
     for (const SceneCurve& curve : *entity->curves) {
+      if (is_trimmed && curve.kind == CurveKind::boundary) continue;  // The edge itself shows it.
       lines.add(curve.points, curve.closed, ribbon_style(curve.kind, curve.colour_rgba));
     }
   }

@@ -1,5 +1,6 @@
 #include "client-hmd/render/point_pass.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -57,6 +58,7 @@ in float eye_depth;
 flat in float radius[5];
 flat in float alpha[5];
 flat in vec3 ink;
+uniform float u_haze;  // What is left of faint shells.
 void main() {
   float r = length(corner);
   float soft = 0.75 * max(fwidth(r), 1e-6);
@@ -68,14 +70,16 @@ void main() {
   // A hint of roundness: lighter up left, as the studio's key light would have it.
   vec2 slope = corner / max(radius[0], 1e-6);
   float lit = 1.0 + 0.30 * dot(slope, vec2(-0.5, 0.6));
-  emit(ink * lit, min(1.0 - transmitted, 0.98), eye_depth);
+  float covered = min(1.0 - transmitted, 0.98);
+  emit(ink * lit, covered * mix(u_haze, 1.0, covered), eye_depth);
 }
 )glsl";
 
-// Linear RGB: ink on paper for what is laid, warm for the stroke in the air.
-constexpr glm::vec3 laid_ink{0.012F, 0.055F, 0.17F};
+// Linear RGB: warm for the stroke in the air; what is laid has the ink of its shape.
 constexpr glm::vec3 provisional_ink{0.75F, 0.16F, 0.035F};
-constexpr float smallest_point_px = 1.6F;
+constexpr float smallest_point_px_of_720 = 1.4F;
+/// Over the shape's own surface only the certain cores of points are plain, or they would hide it.
+constexpr float haze_over_surface = 0.25F;
 
 const void* offset(std::size_t bytes) {
   return reinterpret_cast<const void*>(bytes);
@@ -101,7 +105,7 @@ Result<PointPass> PointPass::create() {
   return pass;
 }
 
-void PointPass::update(const Scene& scene) {
+void PointPass::update(const Scene& scene, const SurfacePass& surfaces) {
   std::erase_if(residents_, [&scene](const auto& item) {
     const auto found = scene.entities.find(item.first);
     return found == scene.entities.end() || found->second->points == nullptr;
@@ -109,6 +113,7 @@ void PointPass::update(const Scene& scene) {
   for (const auto& [id, entity] : scene.entities) {
     if (entity->points == nullptr) continue;
     Resident& resident = residents_[id];
+    resident.ink = surfaces.colour_of(id).ink;
     if (resident.points == entity->points) continue;
     if (!resident.array) {
       resident.array = GlVertexArray::create();
@@ -153,13 +158,15 @@ void PointPass::draw(const Scene& scene, const EyeUniforms& eye, Stage stage) co
   set_common_uniforms(program_, eye, stage);
   program_.set("u_styles", 0);
   program_.set("u_focal_px", eye.focal_px);
-  program_.set("u_smallest_px", smallest_point_px);
-  program_.set("u_laid", laid_ink);
+  program_.set("u_smallest_px",
+               std::max(smallest_point_px_of_720, smallest_point_px_of_720 * eye.viewport_px.y / 720.0F));
   for (const auto& [id, entity] : scene.entities) {
     const auto found = residents_.find(id);
     if (!entity->shows_points() || found == residents_.end() || found->second.count == 0) continue;
     const auto user = user_colours_.find(entity->provisional_by);
     program_.set("u_in_the_air", user == user_colours_.end() ? provisional_ink : user->second);
+    program_.set("u_laid", found->second.ink);
+    program_.set("u_haze", entity->shows_surface() && stage != Stage::coverage ? haze_over_surface : 1.0F);
     program_.set("u_settled", static_cast<int>(entity->settled_points));
     bind_texture(0, GL_TEXTURE_BUFFER, found->second.style_texture.id());
     glBindVertexArray(found->second.array.id());

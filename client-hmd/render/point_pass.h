@@ -18,7 +18,8 @@ float shells_opacity(const ShellStyle& style, float r_m);
 class PointPass {
  public:
   static Result<PointPass> create();
-  void update(const Scene& scene);
+  /// After that of `surfaces`, which knows the shapes' inks.
+  void update(const Scene& scene, const SurfacePass& surfaces);
   /// From now on: what users' gestures are about to leave is in their colours, linear RGB.
   void show_users(std::map<std::uint64_t, glm::vec3> colours) { user_colours_ = std::move(colours); }
   /// `stage` weighted, peel or coverage: fuzzy points are never opaque all over.
@@ -32,6 +33,7 @@ class PointPass {
     GlBuffer styles;
     GlTexture style_texture;
     GLsizei count = 0;
+    glm::vec3 ink{0.0F};  ///< Linear RGB.
   };
   GlProgram program_;
   std::map<std::string, Resident> residents_;

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "client-hmd/render/curvature_map.h"
 #include "client-hmd/render/flat_pass.h"
 #include "client-hmd/render/gesture_pass.h"
 #include "client-hmd/render/ghost_pass.h"
@@ -201,7 +202,7 @@ struct Renderer::Implementation {
     if (scene != resident) {
       resident = scene;
       surfaces.update(*scene);
-      points.update(*scene);
+      points.update(*scene, surfaces);
       gestures.update(*scene);
       stage.update_shadow(*scene, surfaces, points);
     }
@@ -210,8 +211,8 @@ struct Renderer::Implementation {
     std::map<std::uint64_t, glm::vec3> users;
     for (const GhostHint& ghost : frame.ghosts) users.emplace(ghost.client_id, ghost.colour);
     points.show_users(std::move(users));
-    surfaces.show_distances(frame.distances);
-    surfaces.show_shading(frame.shading);
+    surfaces.show(frame, stage.surroundings());
+    if (options.curvatures == Curvatures::awaited) surfaces.await_curvatures();
     targets.bind_picture();
     glViewport(0, 0, width, height);
     glDepthMask(GL_TRUE);
@@ -221,7 +222,7 @@ struct Renderer::Implementation {
     const Result<bool> hidden_by_hand = hand.prepare(frame, eye, targets);
     if (!hidden_by_hand) return hidden_by_hand.error();
     stage.draw_table(frame, eye);
-    flat.draw_palette(frame, eye);
+    if (frame.surroundings == Surroundings::workplace) flat.draw_palette(frame, eye);
 
     glEnable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
@@ -257,7 +258,15 @@ struct Renderer::Implementation {
     present.set("u_output_px", glm::vec2(pinhole.width_px, pinhole.height_px));
     present.set("u_samples", samples);
     fullscreen(present);
-    flat.draw_overlay(frame.overlay, pinhole.width_px, pinhole.height_px);
+    if (frame.shading == Shading::curvature) {
+      Overlay overlay = frame.overlay;
+      add_curvature_legend(frame.curvature.kind, surfaces.curvature_range(),
+                           scene_colours(ColourScheme::normal).curvature, pinhole.width_px,
+                           pinhole.height_px, overlay);
+      flat.draw_overlay(overlay, pinhole.width_px, pinhole.height_px);
+    } else {
+      flat.draw_overlay(frame.overlay, pinhole.width_px, pinhole.height_px);
+    }
     return {};
   }
 };
@@ -316,7 +325,9 @@ Status Renderer::draw_offscreen(const Frame& frame, const RenderOptions& options
 }
 
 Result<Image> Renderer::draw_to_image(const Frame& frame, const RenderOptions& options) {
-  if (const Status drawn = draw_offscreen(frame, options); !drawn) return drawn.error();
+  RenderOptions still = options;
+  still.curvatures = Curvatures::awaited;  // Nobody waits for the next frame.
+  if (const Status drawn = draw_offscreen(frame, still); !drawn) return drawn.error();
   Image image{frame.eye.pinhole.width_px, frame.eye.pinhole.height_px, {}};
   const std::size_t row = 4 * static_cast<std::size_t>(image.width_px);
   std::vector<std::uint8_t> upside_down(row * static_cast<std::size_t>(image.height_px));

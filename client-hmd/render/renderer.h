@@ -12,12 +12,16 @@
 
 namespace handloft::client {
 
+/// Those of meshes that are new: the frame goes on without, or waits.
+enum class Curvatures { as_ready, awaited };
+
 struct RenderOptions {
   Transparency transparency = Transparency::weighted_blended;
   TransparencyWeights weights;
   /// The scene is drawn with this many pixels a side for each of the output and averaged: 1 while moving, 2
   /// for stills.
   int supersampling = 1;
+  Curvatures curvatures = Curvatures::as_ready;
 };
 
 class Renderer {

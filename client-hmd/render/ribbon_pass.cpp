@@ -79,10 +79,10 @@ RibbonStyle ribbon_style(CurveKind kind, std::uint32_t colour_rgba) {
       style = {{0.02F, 0.035F, 0.07F}, 2.5F, 0.0F, 0.0F};
       break;
     case CurveKind::profile:
-      style = {{0.80F, 0.12F, 0.015F}, 8.0F, 0.0F, 0.32F};
+      style = {{0.80F, 0.12F, 0.015F}, 6.5F, 0.0F, 0.32F};
       break;
     case CurveKind::boundary:
-      style = {{0.005F, 0.20F, 0.24F}, 5.0F, boundary_dash_m, 0.0F};
+      style = {{0.005F, 0.20F, 0.24F}, 3.0F, boundary_dash_m, 0.0F};
       break;
   }
   if (colour_rgba != 0) {

@@ -92,8 +92,10 @@ float softbox(vec3 d, vec3 to_lamp, vec3 across, vec2 half_size, float blur) {
 }
 vec3 room(vec3 d, float blur) {
   vec3 walls = mix(vec3(0.50, 0.51, 0.53), vec3(0.17, 0.18, 0.205), smoothstep(-0.05, 0.85, d.z));
-  vec3 ground = mix(vec3(0.40, 0.395, 0.385), vec3(0.20, 0.195, 0.19), smoothstep(0.0, 1.0, -d.z));
+  vec3 ground = mix(vec3(0.46, 0.455, 0.445), vec3(0.15, 0.147, 0.143), smoothstep(0.0, 0.75, -d.z));
   vec3 light = mix(ground, walls, smoothstep(-0.10 - blur, 0.10 + blur, d.z));
+  // All around at the height of a lamp on a stand: what stands upright mirrors it.
+  light += vec3(0.80, 0.81, 0.83) * slab(d.z - 0.30, 0.085, 0.03 + 0.6 * blur);
   light += vec3(2.30, 2.27, 2.20) * softbox(d, vec3(-0.1094, -0.1203, 0.9867), vec3(0.9940, 0.0, 0.1102), vec2(0.42, 1.35), blur);
   light += vec3(1.45, 1.47, 1.50) * softbox(d, vec3(-0.9113, -0.1519, 0.3828), vec3(-0.1644, 0.9864, 0.0), vec2(0.13, 0.62), blur);
   light += vec3(1.15, 1.25, 1.40) * softbox(d, vec3(0.8018, 0.4811, 0.3546), vec3(0.5145, -0.8575, 0.0), vec2(0.20, 0.62), blur);
@@ -121,8 +123,9 @@ vec3 satin(vec3 normal, vec3 to_eye, vec3 base, float gloss, float sky, float gr
   vec3 mirrored = reflect(-to_eye, normal);
   float facing = dot(normal, to_eye);
   float open = mix(0.4, 1.0, sky);
-  vec3 sheen = room(mirrored, 0.42) * (0.035 + 0.10 * fresnel(facing, 0.0));
-  vec3 coat = room(mirrored, 0.05) * (0.65 * fresnel(facing, 0.045));
+  // The sheen comes from the pigment, the coat from the clear lacquer over it.
+  vec3 sheen = room(mirrored, 0.40) * mix(base, vec3(1.0), 0.25) * (0.055 + 0.14 * fresnel(facing, 0.0));
+  vec3 coat = room(mirrored, 0.035) * (0.62 * fresnel(facing, 0.055));
   return colour + gloss * open * (sheen + coat);
 }
 vec3 studio_light(vec3 normal, vec3 to_eye, vec3 base, float gloss) {

@@ -15,7 +15,8 @@ extern const std::string_view billboard_vertex_glsl;
 /// emit(colour, alpha, eye_depth): writes a fragment for the stage that `u_stage` names (see Stage).
 extern const std::string_view emit_glsl;
 
-/// studio_light(position, normal, to_eye, base, gloss): linear colour under the studio's lamps.
+/// studio_light(normal, to_eye, base, gloss): linear colour under the studio's lamps. Also room() and fill(),
+/// the light from one direction and from all, for other materials.
 extern const std::string_view studio_light_glsl;
 
 /// Which fragments a draw of mixed opacity keeps and where it writes them; values of `u_stage`.
@@ -23,7 +24,7 @@ enum class Stage : int {
   opaque = 0,    ///< Only what is as good as opaque, with depth.
   weighted = 1,  ///< The rest, into the sums of weighted blending.
   peel = 2,      ///< The rest, next layer behind `u_last_depth`, premultiplied.
-  coverage = 3,  ///< Opacity alone, for the shadow on the table.
+  coverage = 3,  ///< Opacity and height over the table, from above, for shadows; see StagePass.
   mask = 4,      ///< Depth of what is at least half opaque.
 };
 

@@ -1,5 +1,6 @@
 #include "client-hmd/render/stage_pass.h"
 
+#include <algorithm>
 #include <array>
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -7,10 +8,12 @@ namespace handloft::client {
 namespace {
 
 constexpr int shadow_side_px = 256;
-constexpr float shadow_half_extent_m =
-    0.36F;                              ///< Half the side of the square of the table that can be in shadow.
-constexpr float shadow_blur_px = 5.0F;  ///< Standard deviation: 14 mm, the softness of a large lamp.
-constexpr float table_radius_m = 1.1F;  ///< Where the table has faded into the backdrop.
+constexpr float smallest_half_extent_m = 0.12F, largest_half_extent_m = 3.0F;
+constexpr float shadow_margin_m = 0.10F;  ///< Beyond the work: its shadow is wider than it.
+/// Standard deviations: the lamp's shadow, the seam of contact, and what the whole room takes part in.
+constexpr float shadow_blur_m = 0.013F, contact_blur_m = 0.005F, room_blur_m = 0.028F;
+constexpr float shadow_eye_m = 20.0F;   ///< Over the table; nothing is taller.
+constexpr float table_radius_m = 1.6F;  ///< Where the table has faded into the backdrop.
 
 constexpr std::string_view backdrop_glsl = R"glsl(
 in vec2 uv;
@@ -21,13 +24,11 @@ uniform vec2 u_centre;   // of the principal point, in clip space
 void main() {
   vec3 ray = normalize(u_world_from_ray * vec3((uv * 2.0 - 1.0 - u_centre) * u_tangent, -1.0));
   float up = ray.z;
-  vec3 floor_colour = vec3(0.60, 0.605, 0.615);
-  vec3 horizon = vec3(0.70, 0.71, 0.725);
-  vec3 zenith = vec3(0.40, 0.43, 0.47);
-  vec3 colour = mix(horizon, zenith, smoothstep(0.0, 0.8, up));
-  colour = mix(colour, floor_colour, smoothstep(0.0, 0.35, -up));
-  vec2 from_middle = uv - vec2(0.5, 0.55);
-  colour *= 1.0 - 0.38 * dot(from_middle, from_middle);
+  // A paper sweep: no line between floor and wall.
+  vec3 colour = mix(vec3(0.455, 0.462, 0.475), vec3(0.135, 0.146, 0.165), smoothstep(-0.08, 0.70, up));
+  colour = mix(colour, vec3(0.52, 0.522, 0.525), smoothstep(0.0, 0.55, -up));
+  vec2 from_middle = uv - vec2(0.5, 0.50);
+  colour *= 1.0 - 0.50 * dot(from_middle, from_middle);
   out_colour = vec4(colour, 1.0);
 }
 )glsl";
@@ -70,50 +71,53 @@ void main() {
 }
 )glsl";
 
-// Grid lines one pixel wide at every distance (Ben Golus, "The best darn grid shader (yet)", without its
-// phone-wire part): a line narrower than a pixel is drawn a pixel wide and as much paler.
+// Grid lines of the same width in pixels at every distance; a grid whose lines would run together fades.
 constexpr std::string_view table_fragment_glsl = R"glsl(
 in vec2 at;
 in vec3 to_table;
 layout(location = 0) out vec4 out_colour;
 uniform sampler2D u_shadow;
-uniform float u_shadow_half_extent;
+uniform vec4 u_shadow_from_world;  // scale, offset
 uniform float u_half_extent;
 uniform int u_film_behind;
-float grid(vec2 p, float spacing, float width) {
+uniform int u_bare;
+float grid(vec2 p, float spacing, float line_px) {
   vec2 cell = p / spacing;
   vec2 pixel = max(fwidth(cell), 1e-6);
-  vec2 half_width = max(vec2(0.5 * width / spacing), 0.5 * pixel);
-  vec2 paler = clamp(vec2(width / spacing) / (2.0 * half_width), 0.0, 1.0);
-  vec2 distance_to_line = abs(fract(cell - 0.5) - 0.5);
-  vec2 line = (1.0 - smoothstep(half_width - 0.5 * pixel, half_width + 0.5 * pixel, distance_to_line)) * paler;
-  line *= 1.0 - smoothstep(0.25, 0.6, pixel);
+  vec2 from_line = abs(fract(cell - 0.5) - 0.5) / pixel;
+  vec2 line = 1.0 - smoothstep(0.5 * line_px - 0.5, 0.5 * line_px + 0.5, from_line);
+  line *= 1.0 - smoothstep(0.06, 0.30, pixel);
   return max(line.x, line.y);
 }
 void main() {
-  vec2 in_shadow = at / u_shadow_half_extent * 0.5 + 0.5;
+  vec2 in_shadow = at * u_shadow_from_world.x + u_shadow_from_world.yz;
   vec2 border = abs(in_shadow - 0.5);
-  float shadow = texture(u_shadow, in_shadow).r * (1.0 - smoothstep(0.42, 0.5, max(border.x, border.y)));
-  shadow = 1.0 - exp(-1.3 * shadow);
+  vec4 above = texture(u_shadow, in_shadow) * (1.0 - smoothstep(0.42, 0.5, max(border.x, border.y)));
+  float height = above.b / max(above.r, 0.02);
+  float lamp = above.r * mix(0.14, 0.56, exp(-height / 0.09));
+  float shadow = 1.0 - (1.0 - lamp) * (1.0 - 0.36 * above.a * exp(-height / 0.60)) * (1.0 - 0.65 * above.g);
   if (u_film_behind == 1) {
-    out_colour = vec4(vec3(0.0), 0.35 * shadow);
+    out_colour = vec4(vec3(0.0), 0.8 * shadow);
     return;
   }
   float away = length(at) / u_half_extent;
-  float there = 1.0 - smoothstep(0.45, 1.0, away);
+  float there = 1.0 - smoothstep(0.08, 0.95, away);
   float slant = abs(normalize(to_table).z);
   there *= smoothstep(0.02, 0.25, slant);
-  vec3 wood = vec3(0.735, 0.73, 0.72) * (1.0 - 0.16 * smoothstep(0.0, 0.6, away));
-  vec3 colour = wood;
-  colour = mix(colour, vec3(0.42, 0.44, 0.47), 0.16 * grid(at, 0.01, 0.0005) * (1.0 - smoothstep(0.15, 0.4, away)));
-  colour = mix(colour, vec3(0.33, 0.36, 0.40), 0.42 * grid(at, 0.05, 0.0007));
-  vec2 axis_pixel = fwidth(at);
-  float x_axis = 1.0 - smoothstep(0.5, 1.5, abs(at.y) / axis_pixel.y);
-  float y_axis = 1.0 - smoothstep(0.5, 1.5, abs(at.x) / axis_pixel.x);
-  float near_centre = 1.0 - smoothstep(0.10, 0.16, length(at));
-  colour = mix(colour, vec3(0.62, 0.20, 0.15), 0.55 * x_axis * near_centre);
-  colour = mix(colour, vec3(0.18, 0.42, 0.22), 0.55 * y_axis * near_centre);
-  colour *= 1.0 - 0.62 * shadow;
+  vec3 colour = vec3(0.660, 0.658, 0.652) * (1.0 - 0.14 * smoothstep(0.0, 0.4, away));
+  if (u_bare == 0) {
+    float near_enough = 1.0 - smoothstep(0.10, 0.42, away);
+    colour = mix(colour, vec3(0.40, 0.42, 0.45), 0.13 * near_enough * grid(at, 0.01, 1.0));
+    colour = mix(colour, vec3(0.32, 0.345, 0.38), 0.34 * near_enough * grid(at, 0.05, 1.3));
+    vec2 axis_pixel = fwidth(at);
+    float x_axis = 1.0 - smoothstep(0.5, 1.5, abs(at.y) / axis_pixel.y);
+    float y_axis = 1.0 - smoothstep(0.5, 1.5, abs(at.x) / axis_pixel.x);
+    float near_centre = 1.0 - smoothstep(0.10, 0.16, length(at));
+    colour = mix(colour, vec3(0.62, 0.20, 0.15), 0.45 * x_axis * near_centre);
+    colour = mix(colour, vec3(0.18, 0.42, 0.22), 0.45 * y_axis * near_centre);
+  }
+  // Shadows are a little cool: what is left is the sky's light.
+  colour *= mix(vec3(1.0), vec3(0.10, 0.115, 0.14), shadow);
   out_colour = vec4(colour, there);
 }
 )glsl";
@@ -123,23 +127,24 @@ in vec2 uv;
 layout(location = 0) out vec4 out_colour;
 uniform sampler2D u_source;
 uniform vec2 u_step;
-uniform float u_sigma;
+uniform vec4 u_sigma;  // of each channel, in steps
 void main() {
-  float sum = 0.0;
-  float weights = 0.0;
+  vec4 sum = vec4(0.0);
+  vec4 weights = vec4(0.0);
+  vec4 sharpness = -0.5 / (u_sigma * u_sigma);
   for (int i = -12; i <= 12; ++i) {
-    float weight = exp(-0.5 * float(i * i) / (u_sigma * u_sigma));
-    sum += weight * texture(u_source, uv + float(i) * u_step).r;
+    vec4 weight = exp(float(i * i) * sharpness);
+    sum += weight * texture(u_source, uv + float(i) * u_step);
     weights += weight;
   }
-  out_colour = vec4(sum / weights);
+  out_colour = sum / weights;
 }
 )glsl";
 
 GlTexture shadow_texture() {
   GlTexture texture = GlTexture::create();
   glBindTexture(GL_TEXTURE_2D, texture.id());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_R16F, shadow_side_px, shadow_side_px, 0, GL_RED, GL_FLOAT, nullptr);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA16F, shadow_side_px, shadow_side_px, 0, GL_RGBA, GL_FLOAT, nullptr);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
@@ -186,15 +191,17 @@ Result<StagePass> StagePass::create() {
 }
 
 void StagePass::update_shadow(const Scene& scene, const SurfacePass& surfaces, const PointPass& points) {
+  frame_work(scene, surfaces);
+  const float half = shadow_half_extent_m_;
   EyeUniforms above;
-  // Looking down: eye x = world x, eye y = world y, eye z = world z - 5 m.
-  above.eye_from_world = glm::translate(glm::mat4(1.0F), glm::vec3(0.0F, 0.0F, -5.0F));
-  above.clip_from_eye = glm::ortho(-shadow_half_extent_m, shadow_half_extent_m, -shadow_half_extent_m,
-                                   shadow_half_extent_m, 0.1F, 5.0F);
-  above.position = glm::vec3(0.0F, 0.0F, 5.0F);
+  // Looking down: eye x = world x, eye y = world y, eye z = world z - height.
+  above.eye_from_world = glm::translate(glm::mat4(1.0F), glm::vec3(-shadow_centre_, -shadow_eye_m));
+  above.clip_from_eye = glm::ortho(-half, half, -half, half, 0.1F, shadow_eye_m);
+  above.position = glm::vec3(shadow_centre_, shadow_eye_m);
+  above.above_table_m = shadow_eye_m;
   above.viewport_px = glm::vec2(shadow_side_px);
-  // Depth 5 m at this focal length makes a pixel what it is in this orthographic picture.
-  above.focal_px = 5.0F * shadow_side_px / (2.0F * shadow_half_extent_m);
+  // At this focal length the table's pixels are what they are in this orthographic picture.
+  above.focal_px = shadow_eye_m * shadow_side_px / (2.0F * half);
   glBindFramebuffer(GL_FRAMEBUFFER, shadow_target_.id());
   glViewport(0, 0, shadow_side_px, shadow_side_px);
   glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
@@ -207,11 +214,15 @@ void StagePass::update_shadow(const Scene& scene, const SurfacePass& surfaces, c
   glBlendEquation(GL_FUNC_ADD);
   glDisable(GL_BLEND);
 
+  // Two pixels a step: the textures' filter takes the one between.
+  constexpr float step = 2.0F / shadow_side_px;
+  const float steps_per_m = shadow_side_px / (4.0F * half);
+  const auto sigma = [steps_per_m](float blur_m) { return std::max(0.7F, blur_m * steps_per_m); };
   blur_.use();
   blur_.set("u_source", 0);
-  blur_.set("u_sigma", shadow_blur_px);
+  blur_.set("u_sigma", glm::vec4(sigma(shadow_blur_m), sigma(contact_blur_m), sigma(shadow_blur_m),
+                                 std::min(sigma(room_blur_m), 7.0F)));
   glBindVertexArray(no_vertices_.id());
-  constexpr float step = 1.0F / shadow_side_px;
   const std::array<std::pair<const GlTexture*, const GlFramebuffer*>, 2> rounds{
       {{&shadow_texture_, &blur_target_}, {&blur_texture_, &shadow_target_}}};
   for (std::size_t i = 0; i < rounds.size(); ++i) {
@@ -220,6 +231,36 @@ void StagePass::update_shadow(const Scene& scene, const SurfacePass& surfaces, c
     glBindFramebuffer(GL_FRAMEBUFFER, rounds[i].second->id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }
+}
+
+/// The square about all that is seen from above; as it was while that hardly changes, so that shadows of what
+/// is dragged do not swim.
+void StagePass::frame_work(const Scene& scene, const SurfacePass& surfaces) {
+  std::optional<GroundExtent> work = surfaces.extent();
+  for (const auto& [id, entity] : scene.entities) {
+    if (!entity->shows_points()) continue;
+    for (const FuzzyPoint& point : entity->points->points) {
+      const glm::vec2 at(point.position.x, point.position.y);
+      if (!work) work = GroundExtent{at, at};
+      work->low = glm::min(work->low, at);
+      work->high = glm::max(work->high, at);
+    }
+  }
+  if (!work) return;
+  const glm::vec2 middle = 0.5F * (work->low + work->high);
+  const glm::vec2 half = 0.5F * (work->high - work->low);
+  const float wanted =
+      std::clamp(std::max(half.x, half.y) + shadow_margin_m, smallest_half_extent_m, largest_half_extent_m);
+  const glm::vec2 off = glm::abs(middle - shadow_centre_) + half;
+  const bool fits = std::max(off.x, off.y) + 0.6F * shadow_margin_m < shadow_half_extent_m_;
+  if (fits && shadow_half_extent_m_ < 1.5F * wanted) return;
+  shadow_centre_ = middle;
+  shadow_half_extent_m_ = wanted;
+}
+
+SurroundingsMap StagePass::surroundings() const {
+  const float scale = 0.5F / shadow_half_extent_m_;
+  return {shadow_texture_.id(), scale, glm::vec2(0.5F) - scale * shadow_centre_};
 }
 
 void StagePass::draw_background(const Frame& frame) {
@@ -273,7 +314,9 @@ void StagePass::draw_table(const Frame& frame, const EyeUniforms& eye) const {
   table_.set("u_clip_from_eye", eye.clip_from_eye);
   table_.set("u_eye_position", eye.position);
   table_.set("u_half_extent", table_radius_m);
-  table_.set("u_shadow_half_extent", shadow_half_extent_m);
+  const SurroundingsMap map = surroundings();
+  table_.set("u_shadow_from_world", glm::vec4(map.scale_per_m, map.offset, 0.0F));
+  table_.set("u_bare", frame.surroundings == Surroundings::bare ? 1 : 0);
   table_.set("u_film_behind", frame.film ? 1 : 0);
   table_.set("u_shadow", 0);
   bind_texture(0, GL_TEXTURE_2D, shadow_texture_.id());
