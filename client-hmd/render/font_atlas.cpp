@@ -15,6 +15,8 @@ constexpr int atlas_width_px = 1024;
 constexpr int padding_px = 4;  ///< Enough that mipmaps of a label do not bleed into the neighbour.
 constexpr std::u32string_view signs = U"·•●○–—−±²°µ×↶↷◐◠✚∴⌖⇄⚠…";
 
+}  // namespace
+
 std::string find_font_file(std::string_view family) {
   const std::unique_ptr<FcConfig, decltype(&FcConfigDestroy)> config(FcInitLoadConfigAndFonts(),
                                                                      FcConfigDestroy);
@@ -32,8 +34,6 @@ std::string find_font_file(std::string_view family) {
   if (match == nullptr || FcPatternGetString(match.get(), FC_FILE, 0, &file) != FcResultMatch) return {};
   return reinterpret_cast<const char*>(file);
 }
-
-}  // namespace
 
 std::u32string decode_utf8(std::string_view text) {
   std::u32string out;

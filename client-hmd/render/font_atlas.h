@@ -42,6 +42,9 @@ class FontAtlas {
   int pixel_height_ = 1;
 };
 
+/// Path of the file that fontconfig names for "DejaVu Sans" or "DejaVu Sans:bold"; empty: none.
+std::string find_font_file(std::string_view family);
+
 /// Characters of a UTF-8 text; malformed bytes become U+FFFD, never more than there are bytes.
 std::u32string decode_utf8(std::string_view text);
 

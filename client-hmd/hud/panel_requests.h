@@ -1,0 +1,37 @@
+#pragma once
+// What somebody asked for by a panel. The panels change nothing themselves: whoever owns them acts.
+
+#include <string>
+#include <variant>
+
+#include "client-hmd/desktop/desktop_state.h"
+#include "client-hmd/hud/settings.h"
+#include "client-hmd/hud/view_choices.h"
+#include "client-hmd/mirror/scene.h"
+
+namespace handloft::client {
+
+struct RenameShape {
+  std::string id, name;
+};
+struct DeleteShape {
+  std::string id;
+};
+struct ShowShape {
+  std::string id;
+  Representation representation = Representation::points;
+};
+struct SwitchAlternative {
+  std::string name;
+};
+struct ChangeView {
+  ViewChoices choices;
+};
+struct ChangeSettings {
+  HudSettings settings;  ///< Already in effect; to be kept.
+};
+
+using PanelRequest = std::variant<DesktopCommand, RenameShape, DeleteShape, ShowShape, SwitchAlternative,
+                                  ChangeView, ChangeSettings>;
+
+}  // namespace handloft::client
