@@ -67,55 +67,82 @@ bool worth_retrying(const Error& error) {
          error.code == ErrorCode::io;
 }
 
-Status send_all(int fd, std::string_view bytes, SteadyTime deadline) {
+short poll_events(const StreamOutcome& outcome) {
+  return outcome.state == StreamOutcome::State::wants_write ? POLLOUT : POLLIN;
+}
+
+Status send_all(Link& link, std::string_view bytes, SteadyTime deadline) {
   while (!bytes.empty()) {
-    const ssize_t count = ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    if (count > 0) {
-      bytes.remove_prefix(static_cast<std::size_t>(count));
+    const StreamOutcome outcome =
+        link.stream->write({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    if (outcome.state == StreamOutcome::State::moved) {
+      bytes.remove_prefix(outcome.bytes);
       continue;
     }
-    if (errno == EINTR) continue;
-    if (errno != EAGAIN && errno != EWOULDBLOCK) return lost(std::strerror(errno));
-    pollfd writable{fd, POLLOUT, 0};
-    if (poll(&writable, 1, milliseconds_left(deadline)) == 0) {
+    if (outcome.state == StreamOutcome::State::failed) return lost(outcome.problem);
+    pollfd ready{link.fd.get(), poll_events(outcome), 0};
+    if (poll(&ready, 1, milliseconds_left(deadline)) == 0) {
       return make_error(ErrorCode::timeout, "the server does not read", "connection");
     }
   }
   return {};
 }
 
-Status receive_one(int fd, FrameDecoder& decoder, v1::Envelope& envelope, SteadyTime deadline,
+Status receive_one(Link& link, FrameDecoder& decoder, v1::Envelope& envelope, SteadyTime deadline,
                    int cancel_fd) {
   for (;;) {
     const auto payload = decoder.next();
     if (!payload) return payload.error();
     if (payload.value()) return parse_envelope(*payload.value(), envelope);
+    const StreamOutcome outcome = link.stream->read(decoder.prepare());
+    if (outcome.state == StreamOutcome::State::moved) {
+      decoder.commit(outcome.bytes);
+      continue;
+    }
+    if (outcome.state == StreamOutcome::State::failed) return lost(outcome.problem);
+    if (outcome.state == StreamOutcome::State::ended)
+      return lost(decoder.mid_frame() ? "it was cut in the middle of a frame" : "the server closed it");
     // poll() passes over a negative descriptor.
-    std::array<pollfd, 2> waiting{pollfd{fd, POLLIN, 0}, pollfd{cancel_fd, POLLIN, 0}};
+    std::array<pollfd, 2> waiting{pollfd{link.fd.get(), poll_events(outcome), 0},
+                                  pollfd{cancel_fd, POLLIN, 0}};
     const int ready = poll(waiting.data(), waiting.size(), milliseconds_left(deadline));
     if (ready < 0 && errno != EINTR) return lost(std::strerror(errno));
     if (ready == 0) return make_error(ErrorCode::timeout, "no message came in time", "connection");
     if (ready > 0 && waiting[1].revents != 0) {
       return make_error(ErrorCode::cancelled, "stopped by us", "connection");
     }
-    const std::span<std::uint8_t> room = decoder.prepare();
-    const ssize_t count = ::recv(fd, room.data(), room.size(), MSG_DONTWAIT);
-    if (count == 0)
-      return lost(decoder.mid_frame() ? "it was cut in the middle of a frame" : "the server closed it");
-    if (count > 0) {
-      decoder.commit(static_cast<std::size_t>(count));
-    } else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) {
-      return lost(std::strerror(errno));
-    }
   }
 }
+
+namespace {
+
+Result<Link> open_link(const Endpoint& endpoint, const ClientOptions& options,
+                       std::chrono::milliseconds timeout) {
+  if (endpoint.kind == Endpoint::Kind::tls && options.tls == nullptr)
+    return make_error(ErrorCode::failed_precondition,
+                      fmt::format("\"{}\": this device is not paired with that server", endpoint.to_string()),
+                      "endpoint");
+  Result<FileDescriptor> fd = connect_to(endpoint, static_cast<int>(timeout.count()));
+  if (!fd) return fd.error();
+  if (const Status status = check_peer(fd->get(), endpoint); !status) return status.error();
+  Link link{std::move(*fd), nullptr, endpoint.kind == Endpoint::Kind::tls};
+  if (link.secured) {
+    auto stream = options.tls->open(link.fd.get());
+    if (!stream) return stream.error();
+    link.stream = std::move(*stream);
+  } else {
+    link.stream = make_plain_stream(link.fd.get());
+  }
+  return link;
+}
+
+}  // namespace
 
 Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& options, const Clock& clock,
                               std::chrono::milliseconds timeout, int cancel_fd) {
   const SteadyTime deadline = std::chrono::steady_clock::now() + timeout;
-  Result<FileDescriptor> fd = connect_to(endpoint, static_cast<int>(timeout.count()));
-  if (!fd) return fd.error();
-  if (const Status status = check_peer(fd->get(), endpoint); !status) return status.error();
+  Result<Link> link = open_link(endpoint, options, timeout);
+  if (!link) return link.error();
 
   v1::Envelope envelope;
   v1::Hello& hello = *envelope.mutable_hello();
@@ -129,10 +156,10 @@ Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& opt
   const Result<Frame> frame = encode_frame(envelope, hello_max_frame_bytes);
   if (!frame) return frame.error();
   // A server that refuses at once may have closed its half already; its reason still waits to be read.
-  const Status said = send_all(fd->get(), **frame, deadline);
+  const Status said = send_all(*link, **frame, deadline);
 
   FrameDecoder decoder(options.max_frame_bytes);
-  if (const Status status = receive_one(fd->get(), decoder, envelope, deadline, cancel_fd); !status) {
+  if (const Status status = receive_one(*link, decoder, envelope, deadline, cancel_fd); !status) {
     return said.ok() ? status.error() : said.error();
   }
   const TimePoint received = clock.now();
@@ -162,7 +189,7 @@ Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& opt
   const TimePoint their_answer = from_ns(welcome.sent_ns());
   offset.round_trip = (received - sent) - (their_answer - their_receipt);
   offset.server_minus_client = ((their_receipt - sent) + (their_answer - received)) / 2;
-  return Handshake{std::move(*fd), std::move(decoder), std::move(welcome), offset};
+  return Handshake{std::move(*link), std::move(decoder), std::move(welcome), offset};
 }
 
 }  // namespace handloft::net

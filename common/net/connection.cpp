@@ -40,7 +40,8 @@ Frame failure_frame(const Error& error) {
 }  // namespace
 
 ServerConnection::ServerConnection(const asio::any_io_executor& executor, FileDescriptor socket,
-                                   std::uint64_t id, std::shared_ptr<const ServerShared> shared)
+                                   std::unique_ptr<ByteStream> stream, std::uint64_t id,
+                                   std::shared_ptr<const ServerShared> shared)
     : id_(id),
       shared_(std::move(shared)),
       strand_(asio::make_strand(executor)),
@@ -49,6 +50,7 @@ ServerConnection::ServerConnection(const asio::any_io_executor& executor, FileDe
       close_timer_(strand_),
       pause_(strand_),
       fd_(socket.release()),
+      stream_(std::move(stream)),
       decoder_(std::min(hello_max_frame_bytes, shared_->options.max_frame_bytes)),
       outbox_(shared_->options.outbox) {}
 
@@ -78,26 +80,22 @@ void ServerConnection::refuse(const Error& error) {
 // 0: the peer is gone (reason_ is set).
 asio::awaitable<std::size_t> ServerConnection::read_some() {
   for (;;) {
-    const std::span<std::uint8_t> room = decoder_.prepare();
-    const ssize_t count = ::recv(fd_, room.data(), room.size(), MSG_DONTWAIT);
-    if (count > 0) {
-      decoder_.commit(static_cast<std::size_t>(count));
-      co_return static_cast<std::size_t>(count);
+    const StreamOutcome outcome = stream_->read(decoder_.prepare());
+    using State = StreamOutcome::State;
+    if (outcome.state == State::moved) {
+      decoder_.commit(outcome.bytes);
+      co_return outcome.bytes;
     }
-    if (count == 0) {
+    if (outcome.state == State::ended || outcome.state == State::failed) {
       Lock lock(mutex_);
-      hang_up(decoder_.mid_frame() ? "the peer went away in the middle of a frame" : "the peer closed");
+      hang_up(outcome.state == State::failed ? fmt::format("the peer is gone: {}", outcome.problem)
+              : decoder_.mid_frame()         ? "the peer went away in the middle of a frame"
+                                             : "the peer closed");
       co_return 0;
     }
-    if (errno == EINTR) continue;
-    if (errno != EAGAIN && errno != EWOULDBLOCK) {
-      const int number = errno;
-      Lock lock(mutex_);
-      hang_up(fmt::format("the peer is gone: {}", std::strerror(number)));
-      co_return 0;
-    }
-    const auto [error] = co_await descriptor_.async_wait(asio::posix::stream_descriptor::wait_read,
-                                                         asio::as_tuple(asio::use_awaitable));
+    const auto ready = outcome.state == State::wants_write ? asio::posix::stream_descriptor::wait_write
+                                                           : asio::posix::stream_descriptor::wait_read;
+    const auto [error] = co_await descriptor_.async_wait(ready, asio::as_tuple(asio::use_awaitable));
     if (error) {
       Lock lock(mutex_);
       hang_up("closed");
@@ -231,7 +229,8 @@ Status ServerConnection::shake_hands() {
   }
   hello_timer_.cancel();
   said_hello_ = true;
-  peer_ = {hello.role(), hello.program(), hello.name(), hello.protocol_minor(), hello.sent_ns(), received};
+  peer_ = {hello.role(),    hello.program(), hello.name(),   hello.protocol_minor(),
+           hello.sent_ns(), received,        stream_->peer()};
   decoder_.set_max_frame_bytes(shared_->options.max_frame_bytes);
 
   v1::Envelope answer;
@@ -354,18 +353,21 @@ bool ServerConnection::write_at_once(const Frame& frame) {
 
 bool ServerConnection::write_in_flight() {
   while (in_flight_done_ < in_flight_->size()) {
-    const ssize_t count = ::send(fd_, in_flight_->data() + in_flight_done_,
-                                 in_flight_->size() - in_flight_done_, MSG_DONTWAIT | MSG_NOSIGNAL);
-    if (count >= 0) {
-      in_flight_done_ += static_cast<std::size_t>(count);
-      statistics_.bytes_sent += static_cast<std::uint64_t>(count);
+    const StreamOutcome outcome =
+        stream_->write({reinterpret_cast<const std::uint8_t*>(in_flight_->data()) + in_flight_done_,
+                        in_flight_->size() - in_flight_done_});
+    using State = StreamOutcome::State;
+    if (outcome.state == State::moved) {
+      in_flight_done_ += outcome.bytes;
+      statistics_.bytes_sent += outcome.bytes;
       continue;
     }
-    if (errno == EINTR) continue;
-    if (errno == EAGAIN || errno == EWOULDBLOCK) {
-      wait_until_writable();
+    if (outcome.state == State::wants_write) {
+      write_when(asio::posix::stream_descriptor::wait_write);
+    } else if (outcome.state == State::wants_read) {
+      write_when(asio::posix::stream_descriptor::wait_read);
     } else {
-      hang_up(fmt::format("the peer is gone: {}", std::strerror(errno)));
+      hang_up(fmt::format("the peer is gone: {}", outcome.problem));
     }
     return false;
   }
@@ -382,7 +384,7 @@ void ServerConnection::flush(Lock& lock) {
   while (phase_ != Phase::closed) {
     if (!in_flight_) {
       if (++frames > frames_per_flush) {
-        wait_until_writable();
+        write_when(asio::posix::stream_descriptor::wait_write);
         break;
       }
       std::optional<Frame> next = outbox_.take();
@@ -403,20 +405,19 @@ void ServerConnection::flush(Lock& lock) {
     if (!write_in_flight()) break;
   }
   flushing_ = false;
-  if (phase_ == Phase::draining && !in_flight_ && outbox_.empty()) ::shutdown(fd_, SHUT_WR);
+  if (phase_ == Phase::draining && !in_flight_ && outbox_.empty()) stream_->end_writing();
   if (waiting_for_room_ > 0) room_.notify_all();
 }
 
-void ServerConnection::wait_until_writable() {
+void ServerConnection::write_when(asio::posix::stream_descriptor::wait_type ready) {
   write_blocked_ = true;
-  asio::post(strand_, [self = shared_from_this()] {
+  asio::post(strand_, [self = shared_from_this(), ready] {
     if (self->closed()) return;
-    self->descriptor_.async_wait(asio::posix::stream_descriptor::wait_write,
-                                 [self](const boost::system::error_code&) {
-                                   Lock lock(self->mutex_);
-                                   self->write_blocked_ = false;
-                                   self->flush(lock);
-                                 });
+    self->descriptor_.async_wait(ready, [self](const boost::system::error_code&) {
+      Lock lock(self->mutex_);
+      self->write_blocked_ = false;
+      self->flush(lock);
+    });
   });
 }
 

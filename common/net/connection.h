@@ -13,6 +13,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/result.h"
+#include "common/net/certificates.h"
 #include "common/net/framing.h"
 #include "common/net/outbox.h"
 #include "proto/session.pb.h"
@@ -26,6 +27,8 @@ struct PeerInfo {
   std::uint32_t protocol_minor = 0;
   std::int64_t hello_sent_ns = 0;  ///< t0 on the peer's clock, as it says.
   TimePoint hello_received;        ///< t1 on ours.
+  /// Over TLS: who it has proved to be; what it calls itself in `name` is only its word.
+  std::optional<CertificateFacts> certificate;
 };
 
 struct ConnectionStatistics {

@@ -129,7 +129,8 @@ Result<Listener> listen_tcp(const Endpoint& endpoint, TcpExposure exposure) {
   Result<AddressList> addresses = resolve(endpoint, AI_PASSIVE);
   if (!addresses) return addresses.error();
   const addrinfo& address = **addresses;
-  if (exposure == TcpExposure::loopback_only && !is_loopback(address.ai_addr)) {
+  if (endpoint.kind == Endpoint::Kind::tcp && exposure == TcpExposure::loopback_only &&
+      !is_loopback(address.ai_addr)) {
     return endpoint_error(ErrorCode::permission_denied, endpoint.to_string(),
                           "plain TCP has no users or passwords, so only loopback addresses are allowed");
   }
@@ -199,7 +200,8 @@ void FileDescriptor::reset(int fd) {
 std::string Endpoint::to_string() const {
   if (kind == Kind::unix_socket) return "unix:" + path;
   const bool is_v6 = host.find(':') != std::string::npos;
-  return is_v6 ? fmt::format("tcp:[{}]:{}", host, port) : fmt::format("tcp:{}:{}", host, port);
+  const std::string_view scheme = kind == Kind::tls ? "tls" : "tcp";
+  return is_v6 ? fmt::format("{}:[{}]:{}", scheme, host, port) : fmt::format("{}:{}:{}", scheme, host, port);
 }
 
 Result<Endpoint> parse_endpoint(std::string_view text) {
@@ -217,11 +219,12 @@ Result<Endpoint> parse_endpoint(std::string_view text) {
     }
     return endpoint;
   }
-  if (!text.starts_with("tcp:")) return bad("expected unix:PATH or tcp:HOST:PORT");
-  endpoint.kind = Endpoint::Kind::tcp;
+  if (!text.starts_with("tcp:") && !text.starts_with("tls:"))
+    return bad("expected unix:PATH, tcp:HOST:PORT or tls:HOST:PORT");
+  endpoint.kind = text.starts_with("tls:") ? Endpoint::Kind::tls : Endpoint::Kind::tcp;
   const std::string_view rest = text.substr(4);
   const std::size_t colon = rest.rfind(':');
-  if (colon == std::string_view::npos) return bad("expected tcp:HOST:PORT");
+  if (colon == std::string_view::npos) return bad("expected HOST:PORT");
   std::string_view host = rest.substr(0, colon);
   const std::string_view port = rest.substr(colon + 1);
   const bool in_brackets = host.starts_with('[') && host.ends_with(']') && host.size() > 2;

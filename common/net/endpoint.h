@@ -1,5 +1,6 @@
 #pragma once
-// Where a program listens or connects: "unix:/run/user/1000/handloft/tracking.sock" or "tcp:127.0.0.1:7400".
+// Where a program listens or connects: "unix:/run/user/1000/handloft/tracking.sock" or "tcp:127.0.0.1:7400",
+// or across hosts "tls:studio.example:7401" (tls.h).
 
 #include <sys/types.h>
 
@@ -15,11 +16,12 @@ namespace handloft::net {
 inline constexpr std::size_t max_unix_path_bytes = 107;
 
 struct Endpoint {
-  enum class Kind { unix_socket, tcp };
+  enum class Kind { unix_socket, tcp, tls };
   Kind kind = Kind::unix_socket;
-  std::string path;        ///< unix: absolute or relative path of the socket.
-  std::string host;        ///< tcp: name or address, IPv6 without its brackets.
-  std::uint16_t port = 0;  ///< tcp: 0 lets the system choose; a listening server reports the port it got.
+  std::string path;  ///< unix: absolute or relative path of the socket.
+  std::string host;  ///< tcp, tls: name or address, IPv6 without its brackets.
+  std::uint16_t port =
+      0;  ///< tcp, tls: 0 lets the system choose; a listening server reports the port it got.
 
   /// As parse_endpoint() reads it.
   std::string to_string() const;
@@ -65,7 +67,7 @@ class FileDescriptor {
   int fd_ = -1;
 };
 
-/// Plain TCP knows no users, so other hosts must be asked for.
+/// Plain TCP knows no users, so other hosts must be asked for. TLS does: it listens wherever it is told to.
 enum class TcpExposure { loopback_only, any_address };
 
 struct Listener {
@@ -90,7 +92,7 @@ void close_listener(Listener& listener);
 /// A connected blocking socket, TCP_NODELAY set. Errors: not_found (nobody listens), timeout, io.
 Result<FileDescriptor> connect_to(const Endpoint& endpoint, int timeout_ms);
 
-/// Refuses a unix peer of another user (root and ourselves may); tcp peers pass.
+/// Refuses a unix peer of another user (root and ourselves may); tcp and tls peers pass.
 Status check_peer(int fd, const Endpoint& endpoint);
 
 }  // namespace handloft::net

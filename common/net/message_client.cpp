@@ -62,7 +62,8 @@ struct MessageClient::Implementation {
 
   // Held while writing, so that the descriptor is not closed under a sender.
   mutable std::mutex mutex;
-  FileDescriptor fd;
+  Link link;
+  short to_write_events = POLLOUT;  ///< For what the writer waits.
   std::deque<Frame> queue;
   std::size_t queued_bytes = 0;
   std::size_t first_done = 0;
@@ -85,7 +86,7 @@ struct MessageClient::Implementation {
     static_cast<void>(!::write(wake.get(), &one, sizeof(one)));
     {
       const std::lock_guard lock(mutex);
-      if (fd.valid()) ::shutdown(fd.get(), SHUT_RDWR);  // ends a blocking read
+      if (link.fd.valid()) ::shutdown(link.fd.get(), SHUT_RDWR);  // ends a blocking read
     }
     to_write.notify_all();
     if (thread.joinable()) thread.join();
@@ -96,13 +97,13 @@ struct MessageClient::Implementation {
 
   Status send(const v1::Envelope& envelope) {
     std::unique_lock lock(mutex);
-    if (!fd.valid()) return make_error(ErrorCode::failed_precondition, "not connected", "connection");
+    if (!link.fd.valid()) return make_error(ErrorCode::failed_precondition, "not connected", "connection");
     const std::uint32_t limit = peer_max_frame_bytes;
     lock.unlock();
     Result<Frame> frame = encode_frame(envelope, limit);
     if (!frame) return frame.error();
     lock.lock();
-    if (!fd.valid()) return make_error(ErrorCode::failed_precondition, "not connected", "connection");
+    if (!link.fd.valid()) return make_error(ErrorCode::failed_precondition, "not connected", "connection");
     if (queued_bytes + (*frame)->size() > options.max_queued_bytes) {
       return make_error(ErrorCode::resource_exhausted,
                         fmt::format("{} bytes wait to be sent already", queued_bytes), "connection");
@@ -122,12 +123,12 @@ struct MessageClient::Implementation {
     for (;;) {
       to_write.wait(lock, [this] { return stopping || !queue.empty(); });
       if (stopping) return;
-      pollfd writable{fd.get(), POLLOUT, 0};
+      pollfd writable{link.fd.get(), to_write_events, 0};
       const std::uint64_t which = connections;
       lock.unlock();
       poll(&writable, 1, writer_patience_ms);
       lock.lock();
-      if (which == connections && fd.valid()) write_queue();
+      if (which == connections && link.fd.valid()) write_queue();
     }
   }
 
@@ -135,14 +136,14 @@ struct MessageClient::Implementation {
   void write_queue() {
     while (!queue.empty()) {
       const std::string& bytes = *queue.front();
-      const ssize_t count =
-          ::send(fd.get(), bytes.data() + first_done, bytes.size() - first_done, MSG_NOSIGNAL | MSG_DONTWAIT);
-      if (count < 0 && errno == EINTR) continue;
-      if (count < 0) {
-        if (errno != EAGAIN && errno != EWOULDBLOCK) drop_queue();
+      const StreamOutcome outcome = link.stream->write(
+          {reinterpret_cast<const std::uint8_t*>(bytes.data()) + first_done, bytes.size() - first_done});
+      if (outcome.state != StreamOutcome::State::moved) {
+        if (outcome.state == StreamOutcome::State::failed) drop_queue();
+        to_write_events = poll_events(outcome);
         return;
       }
-      first_done += static_cast<std::size_t>(count);
+      first_done += outcome.bytes;
       if (first_done < bytes.size()) continue;
       queued_bytes -= bytes.size();
       queue.pop_front();
@@ -161,7 +162,8 @@ struct MessageClient::Implementation {
   void adopt(Handshake& handshake) {
     {
       const std::lock_guard lock(mutex);
-      fd = std::move(handshake.fd);
+      link = std::move(handshake.link);
+      to_write_events = POLLOUT;
       ++connections;
       drop_queue();
       peer_max_frame_bytes = handshake.welcome.max_frame_bytes() == 0 ? default_max_frame_bytes
@@ -172,16 +174,38 @@ struct MessageClient::Implementation {
     if (events.on_connected) events.on_connected(handshake.welcome, handshake.offset);
   }
 
-  /// Until the connection ends; says why. One blocking read a message and no other system call: polling first
-  /// would cost every hop a microsecond.
+  /// Reads what there is, waiting for it as long as the socket's own patience. Without TLS one blocking
+  /// system call: polling first would cost every hop a microsecond.
+  StreamOutcome read_waiting(std::span<std::uint8_t> room) {
+    using State = StreamOutcome::State;
+    const int socket = link.fd.get();
+    if (!link.secured) {
+      const ssize_t count = ::recv(socket, room.data(), room.size(), 0);
+      if (count > 0) return {State::moved, static_cast<std::size_t>(count)};
+      if (count == 0) return {State::ended};
+      if (errno == EINTR || errno == EAGAIN || errno == EWOULDBLOCK)
+        return {errno == EINTR ? State::moved : State::wants_read};
+      return {State::failed, 0, std::strerror(errno)};
+    }
+    for (;;) {
+      StreamOutcome outcome = link.stream->read(room);
+      if (outcome.state != State::wants_read && outcome.state != State::wants_write) return outcome;
+      const int patience_ms = options.silence_timeout.count() == 0
+                                  ? -1
+                                  : static_cast<int>(options.silence_timeout.count() / signs_of_life);
+      pollfd ready{socket, poll_events(outcome), 0};
+      if (poll(&ready, 1, patience_ms) == 0) return {State::wants_read};
+    }
+  }
+
+  /// Until the connection ends; says why.
   Error receive_all(FrameDecoder& decoder) {
     std::vector<char> block(arena_bytes);
     google::protobuf::ArenaOptions arena_options;
     arena_options.initial_block = block.data();
     arena_options.initial_block_size = block.size();
     google::protobuf::Arena arena(arena_options);
-    const int socket = fd.get();  // closed by this thread only
-    limit_silence(socket);
+    limit_silence(link.fd.get());  // closed by this thread only
     int silences = 0;
     while (!stopping) {
       for (;;) {
@@ -196,22 +220,25 @@ struct MessageClient::Implementation {
         arena.Reset();
         if (stopping) break;
       }
-      const std::span<std::uint8_t> room = decoder.prepare();
-      const ssize_t count = ::recv(socket, room.data(), room.size(), 0);
-      if (count > 0) {
-        decoder.commit(static_cast<std::size_t>(count));
-        silences = 0;
-      } else if (count == 0) {
-        return make_error(ErrorCode::io, "the server closed the connection", "connection");
-      } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
-        if (++silences >= signs_of_life) {
-          return make_error(ErrorCode::timeout,
-                            fmt::format("heard nothing for {} ms", options.silence_timeout.count()),
-                            "connection");
-        }
-        ask_for_a_sign();
-      } else if (errno != EINTR) {
-        return make_error(ErrorCode::io, std::strerror(errno), "connection");
+      const StreamOutcome outcome = read_waiting(decoder.prepare());
+      switch (outcome.state) {
+        case StreamOutcome::State::moved:
+          decoder.commit(outcome.bytes);
+          silences = 0;
+          break;
+        case StreamOutcome::State::ended:
+          return make_error(ErrorCode::io, "the server closed the connection", "connection");
+        case StreamOutcome::State::failed:
+          return make_error(ErrorCode::io, outcome.problem, "connection");
+        case StreamOutcome::State::wants_read:
+        case StreamOutcome::State::wants_write:
+          if (++silences >= signs_of_life) {
+            return make_error(ErrorCode::timeout,
+                              fmt::format("heard nothing for {} ms", options.silence_timeout.count()),
+                              "connection");
+          }
+          ask_for_a_sign();
+          break;
       }
     }
     return make_error(ErrorCode::cancelled, "stopped by us", "connection");
@@ -257,7 +284,7 @@ struct MessageClient::Implementation {
   void end_connection(const Error& error) {
     {
       const std::lock_guard lock(mutex);
-      fd.reset();
+      link = {};
       drop_queue();
     }
     if (error.code == ErrorCode::cancelled && stopping) return;
@@ -357,7 +384,7 @@ Status MessageClient::send(const v1::Envelope& envelope) {
 
 bool MessageClient::connected() const {
   const std::lock_guard lock(implementation_->mutex);
-  return implementation_->fd.valid();
+  return implementation_->link.fd.valid();
 }
 
 std::uint64_t MessageClient::client_id() const {

@@ -13,6 +13,7 @@
 #include "common/base/result.h"
 #include "common/net/endpoint.h"
 #include "common/net/framing.h"
+#include "common/net/tls.h"
 #include "proto/session.pb.h"
 
 namespace handloft::net {
@@ -36,6 +37,7 @@ struct ClientOptions {
   std::chrono::milliseconds silence_timeout{0};
   /// Of one received message (message_parts.h); more end the connection. 0: any number.
   std::size_t max_message_parts = 0;
+  std::shared_ptr<const TlsContext> tls = {};  ///< For tls: endpoints, which need one.
 };
 
 /// The server's clock as seen from here, from the four times of the handshake: good to half the round trip.

@@ -81,12 +81,23 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
       shared->log.warning("a connection is refused: {}", status.error().describe());
       return;
     }
-    if (listener.endpoint.kind == Endpoint::Kind::tcp) {
+    if (listener.endpoint.kind != Endpoint::Kind::unix_socket) {
       const int on = 1;
       setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
     }
     if (const int bytes = shared->options.send_buffer_bytes; bytes > 0) {
       setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &bytes, sizeof(bytes));
+    }
+    std::unique_ptr<ByteStream> stream;
+    if (listener.endpoint.kind == Endpoint::Kind::tls) {
+      auto opened = shared->options.tls->open(fd.get());
+      if (!opened) {
+        shared->log.warning("a connection is refused: {}", opened.error().describe());
+        return;
+      }
+      stream = std::move(*opened);
+    } else {
+      stream = make_plain_stream(fd.get());
     }
     std::optional<Error> full;
     std::shared_ptr<ServerConnection> connection;
@@ -105,7 +116,7 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
       if (full && connections.size() >= shared->options.max_connections + shared->options.max_half_open)
         return;
       const std::uint64_t id = next_id++;
-      connection = std::make_shared<ServerConnection>(executor, std::move(fd), id, shared);
+      connection = std::make_shared<ServerConnection>(executor, std::move(fd), std::move(stream), id, shared);
       connections.emplace(id, connection);
       if (!full) half_open.insert(id);
     }
@@ -159,6 +170,9 @@ Result<std::unique_ptr<MessageServer>> MessageServer::listen(asio::any_io_execut
                                                              const Endpoint& endpoint, ServerOptions options,
                                                              ServerEvents events, const Clock& clock,
                                                              Logger log) {
+  if (endpoint.kind == Endpoint::Kind::tls && options.tls == nullptr)
+    return make_error(ErrorCode::invalid_argument,
+                      "a tls: endpoint needs a certificate of the server's own and an authority", "endpoint");
   Result<Listener> listener = listen_on(endpoint, options.tcp_exposure);
   if (!listener) return listener.error();
   return serve(std::move(executor), std::move(*listener), std::move(options), std::move(events), clock,

@@ -16,6 +16,7 @@
 #include "common/base/result.h"
 #include "common/net/connection.h"
 #include "common/net/endpoint.h"
+#include "common/net/tls.h"
 
 namespace handloft::net {
 
@@ -37,6 +38,7 @@ struct ServerOptions {
   /// system's.
   int send_buffer_bytes = 256 << 10;
   TcpExposure tcp_exposure = TcpExposure::loopback_only;
+  std::shared_ptr<const TlsContext> tls = {};  ///< For tls: endpoints, which need one.
 };
 
 enum class OverflowAction {
@@ -61,7 +63,7 @@ struct ServerEvents {
 class MessageServer {
  public:
   /// Listens at once; callbacks come from the executor's threads. `clock` (for the Welcome's times) must
-  /// outlive it.
+  /// outlive it. Errors: as listen_on(); invalid_argument for a tls: endpoint without ServerOptions::tls.
   static Result<std::unique_ptr<MessageServer>> listen(boost::asio::any_io_executor executor,
                                                        const Endpoint& endpoint, ServerOptions options,
                                                        ServerEvents events, const Clock& clock, Logger log);

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <string>
 
+#include "common/net/byte_stream.h"
 #include "common/net/connection.h"
 #include "common/net/message_server.h"
 
@@ -30,7 +31,9 @@ struct ServerShared {
 
 class ServerConnection final : public Connection, public std::enable_shared_from_this<ServerConnection> {
  public:
-  ServerConnection(const boost::asio::any_io_executor& executor, FileDescriptor socket, std::uint64_t id,
+  /// `stream` is over `socket`.
+  ServerConnection(const boost::asio::any_io_executor& executor, FileDescriptor socket,
+                   std::unique_ptr<ByteStream> stream, std::uint64_t id,
                    std::shared_ptr<const ServerShared> shared);
 
   /// Handshake, then messages until the end. Call once.
@@ -78,7 +81,7 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   void wake_reader();
   bool accepts() const { return phase_ == Phase::joined && !overflowed_; }
 
-  void wait_until_writable();
+  void write_when(boost::asio::posix::stream_descriptor::wait_type ready);
   void arm_close_timer();
 
   const std::uint64_t id_;
@@ -89,6 +92,7 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   boost::asio::steady_timer close_timer_;
   boost::asio::steady_timer pause_;  ///< never expires; cancelled to wake the reading coroutine
   const int fd_;
+  const std::unique_ptr<ByteStream> stream_;
   FrameDecoder decoder_;
   v1::Envelope received_;
   PeerInfo peer_;

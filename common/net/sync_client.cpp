@@ -36,15 +36,15 @@ Status SyncClient::send(const v1::Envelope& envelope) {
 }
 
 Status SyncClient::send_bytes(std::string_view bytes) {
-  return send_all(implementation_->handshake.fd.get(), bytes,
+  return send_all(implementation_->handshake.link, bytes,
                   std::chrono::steady_clock::now() + implementation_->options.handshake_timeout);
 }
 
 Result<v1::Envelope> SyncClient::receive(std::chrono::milliseconds timeout) {
   v1::Envelope envelope;
   Handshake& handshake = implementation_->handshake;
-  const Status status = receive_one(handshake.fd.get(), handshake.decoder, envelope,
-                                    std::chrono::steady_clock::now() + timeout);
+  const Status status =
+      receive_one(handshake.link, handshake.decoder, envelope, std::chrono::steady_clock::now() + timeout);
   if (!status) return status.error();
   return envelope;
 }
@@ -56,7 +56,7 @@ const ClockOffset& SyncClient::clock_offset() const {
   return implementation_->handshake.offset;
 }
 int SyncClient::fd() const {
-  return implementation_->handshake.fd.get();
+  return implementation_->handshake.link.fd.get();
 }
 
 }  // namespace handloft::net

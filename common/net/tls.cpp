@@ -126,7 +126,7 @@ int trust_pinned(X509_STORE_CTX* chain, void* argument) {
 
 class TlsStream final : public ByteStream {
  public:
-  explicit TlsStream(SessionHandle session) : session_(std::move(session)) {}
+  TlsStream(SessionHandle session, int fd) : session_(std::move(session)), fd_(fd) {}
 
   StreamOutcome read(std::span<std::uint8_t> room) override {
     const std::lock_guard lock(mutex_);
@@ -147,6 +147,7 @@ class TlsStream final : public ByteStream {
     ERR_clear_error();
     if (!broken_ && SSL_is_init_finished(session_.get()) == 1) SSL_shutdown(session_.get());
     ERR_clear_error();
+    ::shutdown(fd_, SHUT_WR);
   }
   bool has_unread() const override {
     const std::lock_guard lock(mutex_);
@@ -204,6 +205,7 @@ class TlsStream final : public ByteStream {
 
   mutable std::mutex mutex_;
   SessionHandle session_;
+  int fd_;
   bool broken_ = false;
 };
 
@@ -295,7 +297,7 @@ Result<std::unique_ptr<ByteStream>> TlsContext::open(int fd) const {
     SSL_set_hostflags(session.get(), X509_CHECK_FLAG_NO_WILDCARDS);
     if (SSL_set1_host(session.get(), name.c_str()) != 1) return openssl_error("a TLS connection");
   }
-  return std::unique_ptr<ByteStream>(new TlsStream(std::move(session)));
+  return std::unique_ptr<ByteStream>(new TlsStream(std::move(session), fd));
 }
 
 std::string TlsContext::shown_authority(const ByteStream& stream) {

@@ -333,7 +333,7 @@ void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
   operation.set_client_id(peer->id);
   model::FileAccess files = options_.files;
   // TCP knows no users: whoever connects gets the folders, not the machine.
-  if (peer->kind == net::Endpoint::Kind::tcp) files.scope = model::FileAccess::Scope::within_folders;
+  if (peer->kind != net::Endpoint::Kind::unix_socket) files.scope = model::FileAccess::Scope::within_folders;
   actor_->submit(std::move(operation), std::move(files), [peer, bytes, request](const auto& outcome) {
     send_ack(*peer, request, outcome);
     finish_request(*peer, bytes);
