@@ -52,7 +52,7 @@ Status draw_intrinsics(const StepContext& context, const std::string& name, cons
                               static_cast<double>(last.height_px) / coverage_rows);
   for (int row = 0; row < coverage_rows; ++row) {
     for (int column = 0; column < coverage_columns; ++column) {
-      const int corners = made.field_corners[static_cast<std::size_t>(row * coverage_columns + column)];
+      const int corners = made.field_corners[coverage_field(column, row)];
       const double full = std::min(1.0, corners / 30.0);
       const Ink colour =
           corners == 0 ? ink::bad : Ink{0.9 - 0.8 * full, 0.95 - 0.25 * full, 0.9 - 0.8 * full, 1};

@@ -48,7 +48,7 @@ Eigen::Vector3d place_on_board(const ChessboardShape& shape, int column, int row
 /// Luma in the middle of the square whose first corner is (column, row).
 double square_luma(const cv::Mat& image, const std::vector<cv::Point2f>& corners, int columns, int column,
                    int row) {
-  const auto at = [&](int i, int j) { return corners[static_cast<std::size_t>(j * columns + i)]; };
+  const auto at = [&](int i, int j) { return corners[corner_index(columns, i, j)]; };
   const cv::Point2f middle =
       0.25F * (at(column, row) + at(column + 1, row) + at(column, row + 1) + at(column + 1, row + 1));
   const int x = std::clamp(static_cast<int>(std::lround(middle.x)), 0, image.cols - 1);
@@ -147,8 +147,8 @@ std::optional<BoardView> BoardFinder::State::find_chessboard(const Plane& luma, 
   const cv::Point2f along = corners[1] - corners[0],
                     down = corners[static_cast<std::size_t>(shape.columns)] - corners[0];
   if (along.x * down.y - along.y * down.x < 0)
-    for (int row = 0; row < shape.rows; ++row)
-      std::reverse(corners.begin() + row * shape.columns, corners.begin() + (row + 1) * shape.columns);
+    for (auto row = corners.begin(); row != corners.end(); row += shape.columns)
+      std::reverse(row, row + shape.columns);
   if (square_luma(image, corners, shape.columns, 0, 0) > square_luma(image, corners, shape.columns, 1, 0) &&
       (shape.columns + shape.rows) % 2 == 1)
     std::reverse(corners.begin(), corners.end());
@@ -156,7 +156,7 @@ std::optional<BoardView> BoardFinder::State::find_chessboard(const Plane& luma, 
   BoardView view;
   for (int row = 0; row < shape.rows; ++row) {
     for (int column = 0; column < shape.columns; ++column) {
-      const auto index = static_cast<std::size_t>(row * shape.columns + column);
+      const auto index = corner_index(shape.columns, column, row);
       if (!std::isfinite(corners[index].x) || !std::isfinite(corners[index].y)) return std::nullopt;
       view.ids.push_back(static_cast<int>(index));
       view.corners.push_back({place_on_board(shape, column, row), {corners[index].x, corners[index].y}});

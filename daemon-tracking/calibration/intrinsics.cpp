@@ -266,7 +266,7 @@ Result<IntrinsicsCalibration> calibrate_intrinsics(const std::vector<BoardView>&
           std::clamp(static_cast<int>(seen.pixel.x() * coverage_columns / width_px), 0, coverage_columns - 1);
       const int row =
           std::clamp(static_cast<int>(seen.pixel.y() * coverage_rows / height_px), 0, coverage_rows - 1);
-      ++made.field_corners[static_cast<std::size_t>(row * coverage_columns + column)];
+      ++made.field_corners[coverage_field(column, row)];
     }
     made.views.push_back({chosen[i], fitted->view_rms_px[i], {}});
   }

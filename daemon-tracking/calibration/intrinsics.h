@@ -31,6 +31,11 @@ struct IntrinsicsOptions {
 
 inline constexpr int coverage_columns = 8, coverage_rows = 6;
 
+/// Of IntrinsicsCalibration::field_corners.
+constexpr std::size_t coverage_field(int column, int row) {
+  return corner_index(coverage_columns, column, row);
+}
+
 struct ViewReport {
   std::size_t view = 0;  ///< Index into the views given.
   double rms_px = 0.0;   ///< 0 when it was refused before the fit.
