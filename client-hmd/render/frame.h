@@ -122,6 +122,7 @@ struct Frame {
   ControlNets control_nets;  ///< Of the entities that have one, as far as it is known.
   SurfaceEdges edges = SurfaceEdges::soft;
   Surroundings surroundings = Surroundings::workplace;
+  std::optional<glm::vec3> plain_backdrop;  ///< Linear RGB instead of backdrop, film and table: for mattes.
   std::vector<GhostHint> ghosts;
   std::optional<FilmedHand> filmed_hand;  ///< With film: where our own hand is in it.
   HandOcclusion hand_occlusion = HandOcclusion::on;
