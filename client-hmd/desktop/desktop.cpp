@@ -15,7 +15,7 @@ constexpr double plane_step_m = 0.005;
 /// From 0.1 rad on the server counts turns whole (FistOptions::turn_slack_rad); 24 of these are a half turn.
 constexpr double turn_step_rad = glm::pi<double>() / 24.0;
 constexpr double view_step_px = 20.0;
-constexpr Duration refusal_shown = std::chrono::seconds(4);
+constexpr Duration refusal_shown = std::chrono::seconds(4);  ///< As long as reading it takes.
 /// A region's tap, against a drag: InteractionOptions::icon_curve_m.
 constexpr double tap_m = 0.008;
 /// Size while moving: the server doubles it by half of the potentiometer's turn, beyond a slack
@@ -54,6 +54,11 @@ void Desktop::on_refusal(std::string words, TimePoint now) {
   refusal_until_ = now + refusal_shown;
 }
 
+void Desktop::on_note(std::string words, TimePoint now) {
+  state_.note = std::move(words);
+  note_until_ = now + refusal_shown;
+}
+
 double Desktop::pressure() const {
   if (pen_pressure_ > 0.0) return pen_pressure_;
   if (modifiers_.shift) return options_.firm;
@@ -87,6 +92,8 @@ void Desktop::on_event(const InputEvent& event, const DesktopWorld& world) {
     on_key(*key, event, world);
   } else if (const auto* pen = std::get_if<PenPressed>(&event.what)) {
     on_pressure(pen->pressure, event.time);
+  } else if (std::holds_alternative<PointerLeft>(event.what)) {
+    pointer_inside_ = false;
   } else {
     let_go(event.time);
   }
@@ -245,6 +252,7 @@ void Desktop::change_range(double steps, TimePoint time) {
 }
 
 void Desktop::on_key(const KeyChanged& key, const InputEvent& event, const DesktopWorld& world) {
+  if (key.key.empty()) return;  // A modifier alone.
   if (!key.down) {
     held_.erase(key.key);
     if (key.key == "A" && !work_ && !corner_picked_) stream_.put_down(event.time);

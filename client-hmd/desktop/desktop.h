@@ -72,6 +72,8 @@ class Desktop {
   void on_frame(TimePoint now, const DesktopWorld& world);
   /// Something that this desktop asked for was refused: told for some seconds.
   void on_refusal(std::string words, TimePoint now);
+  /// Something was done, and there is more to tell of it.
+  void on_note(std::string words, TimePoint now);
 
   /// What the model server is to be sent, in this order.
   std::vector<HandMessage> take_messages() { return stream_.take(); }
@@ -134,6 +136,7 @@ class Desktop {
   bool pointer_inside_ = false;
   std::optional<Cursor> cursor_;
   std::optional<TimePoint> refusal_until_;
+  std::optional<TimePoint> note_until_;
 };
 
 }  // namespace handloft::client

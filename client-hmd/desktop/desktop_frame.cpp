@@ -28,6 +28,10 @@ void Desktop::tell(TimePoint now, const DesktopWorld& world) {
     refusal_until_.reset();
     state_.refusal.clear();
   }
+  if (note_until_ && now >= *note_until_) {
+    note_until_.reset();
+    state_.note.clear();
+  }
   state_.available = options_.hand && connection_.connected;
   state_.tool = tool_;
   state_.working = work_.has_value() || stream_.pen_in_hand();
@@ -61,6 +65,7 @@ void Desktop::tell(TimePoint now, const DesktopWorld& world) {
     state_.cursor_words = fmt::format("x {:.1f}  y {:.1f}  z {:.1f} mm", mm.x, mm.y, mm.z);
   }
   state_.over = cursor_ && cursor_->over ? cursor_->over->name : "";
+  state_.on_shape = cursor_ && cursor_->on_shape;
   state_.snapped = cursor_ && cursor_->snapped;
 }
 

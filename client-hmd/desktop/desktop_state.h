@@ -114,8 +114,11 @@ struct DesktopState {
   glm::dvec3 cursor_normal{0.0, 0.0, 1.0};  ///< Unit: of what it lies on.
   std::string cursor_words;                 ///< "x -12.0  y 40.5  z 50.0 mm"
   std::string over;                         ///< Name of the shape under the pointer; empty: none.
+  bool on_shape = false;                    ///< The cursor lies on it; else on the work plane.
   bool snapped = false;                     ///< To a point, a curve's end or an icon.
   std::string refusal;                      ///< The last thing that was refused, in words, for some seconds.
+  /// What became of the last thing that was done, where there is more to tell: the file of an export.
+  std::string note;
 };
 
 }  // namespace handloft::client

@@ -49,13 +49,16 @@ struct PenPressed {
   double pressure = 0.0;  ///< 0..1
 };
 
-/// The window no longer has the keyboard, or the pointer left it: whatever was held is let go.
+/// The pointer is elsewhere; where a button is held it still tells where it goes.
+struct PointerLeft {};
+
+/// The window no longer has the keyboard: whatever was held is let go.
 struct FocusLost {};
 
 struct InputEvent {
   TimePoint time;
   Modifiers modifiers;  ///< As they are with this event.
-  std::variant<PointerMoved, ButtonChanged, WheelTurned, KeyChanged, PenPressed, FocusLost> what;
+  std::variant<PointerMoved, ButtonChanged, WheelTurned, KeyChanged, PenPressed, PointerLeft, FocusLost> what;
 };
 
 }  // namespace handloft::client

@@ -7,14 +7,14 @@
 // clang-format on
 
 #include <algorithm>
-#include <cmath>
-#include <glm/gtc/constants.hpp>
+#include <optional>
 #include <utility>
+
+#include "client-hmd/desktop/glfw_names.h"
+#include "client-hmd/desktop/pen_listener.h"
 
 namespace handloft::client {
 namespace {
-
-constexpr double zoom_per_step = 1.12;  ///< Six steps of the wheel double the size.
 
 Error last_failure(const char* step) {
   const char* reason = nullptr;
@@ -23,7 +23,44 @@ Error last_failure(const char* step) {
                     std::string(step) + " failed: " + (reason == nullptr ? "no reason given" : reason));
 }
 
+Window& window_of(GLFWwindow* handle) {
+  return *static_cast<Window*>(glfwGetWindowUserPointer(handle));
+}
+
+Modifiers modifiers_of(int bits) {
+  return {(bits & GLFW_MOD_SHIFT) != 0, (bits & GLFW_MOD_CONTROL) != 0, (bits & GLFW_MOD_ALT) != 0};
+}
+
+std::optional<PointerButton> button_of(int button) {
+  switch (button) {
+    case GLFW_MOUSE_BUTTON_LEFT:
+      return PointerButton::left;
+    case GLFW_MOUSE_BUTTON_MIDDLE:
+      return PointerButton::middle;
+    case GLFW_MOUSE_BUTTON_RIGHT:
+      return PointerButton::right;
+    default:
+      return std::nullopt;
+  }
+}
+
 }  // namespace
+
+Window::Window() : polled_at_(clock_.now()) {}
+
+template <typename What>
+void Window::add(const What& what) {
+  InputEvent& event = input_.events.emplace_back();
+  event.modifiers = modifiers_;
+  event.what.emplace<What>(what);
+}
+
+glm::dvec2 Window::in_pixels(double x, double y) const {
+  int width = 0, height = 0;
+  glfwGetWindowSize(window_, &width, &height);
+  // Of the framebuffer, which has more pixels than the window on some screens.
+  return {x * width_px() / std::max(width, 1), y * height_px() / std::max(height, 1)};
+}
 
 Result<std::unique_ptr<Window>> Window::open(int width_px, int height_px, const std::string& title) {
   if (glfwInit() != GLFW_TRUE) return last_failure("opening a display");
@@ -32,18 +69,54 @@ Result<std::unique_ptr<Window>> Window::open(int width_px, int height_px, const 
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_DEPTH_BITS, 0);  // The renderer has its own.
+  // A card that was reset then says so (graphics_state()) instead of ending the program; not all drivers
+  // can.
+  glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_LOSE_CONTEXT_ON_RESET);
   self->window_ = glfwCreateWindow(width_px, height_px, title.c_str(), nullptr, nullptr);
+  if (self->window_ == nullptr) {
+    glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_NO_ROBUSTNESS);
+    self->window_ = glfwCreateWindow(width_px, height_px, title.c_str(), nullptr, nullptr);
+  }
   if (self->window_ == nullptr) return last_failure("opening a window");
   glfwMakeContextCurrent(self->window_);
   glfwSwapInterval(1);
   glfwSetWindowUserPointer(self->window_, self.get());
-  glfwSetKeyCallback(self->window_, [](GLFWwindow* window, int key, int, int action, int) {
-    static_cast<Window*>(glfwGetWindowUserPointer(window))->on_key(key, action);
+  glfwSetKeyCallback(self->window_, [](GLFWwindow* handle, int key, int scancode, int action, int mods) {
+    Window& window = window_of(handle);
+    window.modifiers_ = modifiers_of(mods);
+    // X11 tells the modifiers before the key: its own bit is still missing, or still there.
+    const bool down = action != GLFW_RELEASE;
+    if (key == GLFW_KEY_LEFT_SHIFT || key == GLFW_KEY_RIGHT_SHIFT) window.modifiers_.shift = down;
+    if (key == GLFW_KEY_LEFT_CONTROL || key == GLFW_KEY_RIGHT_CONTROL) window.modifiers_.control = down;
+    if (key == GLFW_KEY_LEFT_ALT || key == GLFW_KEY_RIGHT_ALT) window.modifiers_.alt = down;
+    window.add(KeyChanged{is_modifier(key) ? "" : key_name(key, scancode), down, action == GLFW_REPEAT});
   });
-  glfwSetScrollCallback(self->window_, [](GLFWwindow* window, double, double steps) {
-    static_cast<Window*>(glfwGetWindowUserPointer(window))->on_scroll(steps);
+  glfwSetScrollCallback(self->window_, [](GLFWwindow* handle, double, double steps) {
+    if (steps != 0.0) window_of(handle).add(WheelTurned{steps});
   });
-  glfwGetCursorPos(self->window_, &self->last_x_, &self->last_y_);
+  glfwSetCursorPosCallback(self->window_, [](GLFWwindow* handle, double x, double y) {
+    Window& window = window_of(handle);
+    window.add(PointerMoved{window.in_pixels(x, y)});
+  });
+  glfwSetMouseButtonCallback(self->window_, [](GLFWwindow* handle, int number, int action, int mods) {
+    const auto button = button_of(number);
+    if (!button) return;
+    Window& window = window_of(handle);
+    window.modifiers_ = modifiers_of(mods);
+    double x = 0.0, y = 0.0;
+    glfwGetCursorPos(handle, &x, &y);
+    window.add(ButtonChanged{*button, action == GLFW_PRESS, window.in_pixels(x, y)});
+  });
+  glfwSetCursorEnterCallback(self->window_, [](GLFWwindow* handle, int entered) {
+    if (entered == GLFW_FALSE) window_of(handle).add(PointerLeft{});
+  });
+  glfwSetWindowFocusCallback(self->window_, [](GLFWwindow* handle, int focused) {
+    Window& window = window_of(handle);
+    if (focused == GLFW_TRUE) return;
+    window.modifiers_ = {};
+    window.add(FocusLost{});
+  });
+  self->pen_ = PenListener::open();
   return self;
 }
 
@@ -52,65 +125,25 @@ Window::~Window() {
   glfwTerminate();
 }
 
-void Window::on_key(int key, int action) {
-  if (action != GLFW_PRESS) return;
-  switch (key) {
-    case GLFW_KEY_Q:
-    case GLFW_KEY_ESCAPE:
-      input_.close = true;
-      break;
-    case GLFW_KEY_S:
-      input_.screenshot = true;
-      break;
-    case GLFW_KEY_H:
-      input_.toggle_head = true;
-      break;
-    case GLFW_KEY_F:
-      input_.fit_view = true;
-      break;
-    case GLFW_KEY_D:
-      input_.toggle_distances = true;
-      break;
-    case GLFW_KEY_Z:
-      input_.toggle_zebra = true;
-      break;
-    case GLFW_KEY_1:
-      camera_->look(StandardView::perspective);
-      break;
-    case GLFW_KEY_2:
-      camera_->look(StandardView::front);
-      break;
-    case GLFW_KEY_3:
-      camera_->look(StandardView::top);
-      break;
-    default:
-      break;
-  }
-}
-
-void Window::on_scroll(double steps) {
-  camera_->zoom(std::pow(zoom_per_step, std::clamp(steps, -10.0, 10.0)));
-}
-
-WindowInput Window::poll(OrbitCamera& camera) {
+WindowInput Window::poll() {
   input_ = {};
-  camera_ = &camera;
   glfwPollEvents();
-  double x = 0.0;
-  double y = 0.0;
-  glfwGetCursorPos(window_, &x, &y);
-  const double height = std::max(height_px(), 1);
-  const double right = (x - std::exchange(last_x_, x)) / height;
-  const double down = (y - std::exchange(last_y_, y)) / height;
-  const auto pressed = [this](int button) { return glfwGetMouseButton(window_, button) == GLFW_PRESS; };
-  if (pressed(GLFW_MOUSE_BUTTON_LEFT)) {
-    camera.orbit(-right * glm::pi<double>(), down * glm::pi<double>());
-  } else if (pressed(GLFW_MOUSE_BUTTON_RIGHT) || pressed(GLFW_MOUSE_BUTTON_MIDDLE)) {
-    camera.pan(right, -down);
+  if (pen_ != nullptr) {
+    // Before what the pointer did meanwhile: a stroke begins with its own pressure.
+    if (const auto pressure = pen_->poll()) {
+      InputEvent& event = *input_.events.emplace(input_.events.begin());
+      event.modifiers = modifiers_;
+      event.what.emplace<PenPressed>(PenPressed{*pressure});
+    }
   }
-  camera_ = nullptr;
-  input_.close = input_.close || glfwWindowShouldClose(window_) == GLFW_TRUE;
-  return input_;
+  const TimePoint now = clock_.now();
+  const auto count = static_cast<std::int64_t>(input_.events.size());
+  for (std::int64_t i = 0; i < count; ++i) {
+    input_.events[static_cast<std::size_t>(i)].time = polled_at_ + (now - polled_at_) * (i + 1) / count;
+  }
+  polled_at_ = now;
+  input_.close = glfwWindowShouldClose(window_) == GLFW_TRUE;
+  return std::exchange(input_, {});
 }
 
 void Window::swap() {

@@ -1,28 +1,27 @@
 #pragma once
-// A GLFW window with mouse and keyboard standing in for the head (V4, V6): left button orbits, right or
-// middle button pans, the wheel zooms; S takes a screenshot, 1, 2, 3 look from the designer's side, the front
-// and the top, F comes as near as the whole scene allows, H follows the tracked head, D shows distances to
-// references, Q or Escape ends.
+// A GLFW window (V4) that tells what mouse, keyboard and pen do as values (input.h, V6), in their order. What
+// they mean is not decided here.
 
-#include <functional>
+#include <glm/glm.hpp>
 #include <memory>
 #include <string>
+#include <vector>
 
-#include "client-hmd/view/orbit_camera.h"
+#include "client-hmd/desktop/input.h"
+#include "common/base/clock.h"
 #include "common/base/result.h"
 
 struct GLFWwindow;
 
 namespace handloft::client {
 
-/// What people asked for since the last poll().
+class PenListener;
+struct OrbitCamera;
+
+/// What people did since the last poll().
 struct WindowInput {
-  bool close = false;
-  bool screenshot = false;
-  bool toggle_head = false;
-  bool toggle_distances = false;
-  bool toggle_zebra = false;
-  bool fit_view = false;
+  bool close = false;  ///< The window's own button.
+  std::vector<InputEvent> events;
 };
 
 class Window {
@@ -34,24 +33,30 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// Handles waiting events; moves `camera`. Never blocks.
-  WindowInput poll(OrbitCamera& camera);
+  /// Handles waiting events; never blocks. The window system tells of no times: those since the last poll are
+  /// spread evenly over the time since then.
+  WindowInput poll();
+  WindowInput poll(OrbitCamera&) { return poll(); }
   /// Shows what was drawn, at the display's next refresh.
   void swap();
   /// In pixels of the framebuffer; at least 1.
   int width_px() const;
   int height_px() const;
+  /// For libraries that draw into the same window. Theirs must chain the callbacks that are there.
+  GLFWwindow* handle() { return window_; }
 
  private:
-  Window() = default;
-  void on_key(int key, int action);
-  void on_scroll(double steps);
+  Window();
+  template <typename What>
+  void add(const What& what);
+  glm::dvec2 in_pixels(double x, double y) const;
 
+  SystemClock clock_;
   GLFWwindow* window_ = nullptr;
+  std::unique_ptr<PenListener> pen_;  ///< Null where there is none.
   WindowInput input_;
-  OrbitCamera* camera_ = nullptr;  ///< During poll() only.
-  double last_x_ = 0.0;
-  double last_y_ = 0.0;
+  Modifiers modifiers_;
+  TimePoint polled_at_;
 };
 
 }  // namespace handloft::client

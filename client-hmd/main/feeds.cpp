@@ -1,5 +1,7 @@
 #include "client-hmd/main/feeds.h"
 
+#include "client-hmd/main/desktop_link.h"
+
 #include <utility>
 
 namespace handloft::client {
@@ -7,7 +9,7 @@ namespace handloft::client {
 Feeds::Feeds(const HmdOptions& options, const net::Endpoint& model, const Clock& clock, Logger log)
     : daemon_(options.tracking),
       log_(std::move(log)),
-      model_(ModelFeed::start(model, clock, log_.component("model"))) {
+      model_(ModelFeed::start(model, clock, log_.component("model"), feed_options(options))) {
   if (!daemon_) return;
   tracking_ = TrackingFeed::start(*daemon_, clock, log_.component("tracking"));
   if (options.camera == CameraMode::head) want_film();

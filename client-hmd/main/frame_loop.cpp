@@ -26,6 +26,7 @@ FrameLoop::FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer>
       log_(std::move(log)),
       renderer_(std::move(renderer)),
       view_(parts_.options),
+      desktop_(parts_.options),
       pictures_(parts_.options, log_, parts_.clock.now()),
       started_(parts_.clock.now()) {
   figures_.offscreen = offscreen();
@@ -69,8 +70,11 @@ Status FrameLoop::step() {
 }
 
 void FrameLoop::handle_input() {
-  const InputWishes wishes = apply_input(parts_.display.poll(view_.orbit), view_);
-  if (wishes.end) finished_ = true;
+  const WindowInput input = parts_.display.poll(view_.orbit);
+  const PictureSize size{parts_.display.width_px(), parts_.display.height_px()};
+  const InputWishes wishes =
+      desktop_.handle({input.events, {}, {}, size, parts_.clock.now()}, parts_.feeds.model(), view_);
+  if (wishes.end || input.close) finished_ = true;
   if (wishes.film) parts_.feeds.want_film();
   if (wishes.screenshot) pictures_.save_numbered([this] { return still(); });
 }
@@ -89,8 +93,10 @@ Frame FrameLoop::compose(TimePoint now, const FrameSources& sources, Purpose pur
   request.distances = view_.distances;
   request.shading = view_.shading;
   request.latency_ms = parts_.feeds.latency_ms();
-  return compose_frame(request, sources,
-                       [this](std::string_view text) { return renderer_->measure_text(text); });
+  Frame frame = compose_frame(request, sources,
+                              [this](std::string_view text) { return renderer_->measure_text(text); });
+  desktop_.add_to(frame);
+  return frame;
 }
 
 Result<Image> FrameLoop::still() {

@@ -1,6 +1,7 @@
 #pragma once
 // The frame loop (V5): input, what is new, picture, display; it waits for the display's refresh and for
-// nothing else. In this order, each in a place of its own: input.h makes input events into things,
+// nothing else. In this order, each in a place of its own: desktop_link.h makes events into a hand and a
+// camera,
 // frame_composer.h decides what the frame shows, the renderer draws it, `over_picture` draws panels over it,
 // pictures.h takes what is asked for.
 
@@ -8,7 +9,7 @@
 
 #include "client-hmd/display/display.h"
 #include "client-hmd/main/feeds.h"
-#include "client-hmd/main/input.h"
+#include "client-hmd/main/desktop_link.h"
 #include "client-hmd/main/pictures.h"
 #include "client-hmd/main/report.h"
 #include "client-hmd/render/renderer.h"
@@ -61,6 +62,7 @@ class FrameLoop {
   Logger log_;
   std::unique_ptr<Renderer> renderer_;
   ViewState view_;
+  DesktopLink desktop_;
   Pictures pictures_;
   TimePoint started_;
   bool finished_ = false;

@@ -83,6 +83,9 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("offscreen_scale", options.offscreen_scale,
             "Without a window: size of the frames before the screenshot, as a share of it",
             {.min = 0.1, .max = 1, .value_name = "SHARE"});
+  table.add("view_only", options.view_only, "In a window: only look; mouse and keys model nothing");
+  table.add("name", options.name, "Of this user, shown to others; default: as the system has it",
+            {.value_name = "NAME"});
   table.add("log_level", options.log_level, "How much to say",
             {.choices = {"trace", "debug", "info", "warning", "error", "off"}});
   Result<ParseOutcome> outcome = table.parse(argc, argv);

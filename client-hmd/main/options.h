@@ -46,6 +46,8 @@ struct HmdOptions {
   bool distances = false;  ///< Show shapes' distances to references from the beginning (A28).
   double distance_range_mm = 5.0;     ///< At the ends of their colours; as DistanceScale's.
   Shading shading = Shading::studio;  ///< At first; in a window, key Z changes it.
+  bool view_only = false;  ///< In a window: no hand, and nothing can be changed (V6).
+  std::string name;        ///< Shown to others; empty: the user's.
   std::string log_level = "info";
 };
 

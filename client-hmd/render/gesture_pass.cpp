@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "client-hmd/render/cursor_lines.h"
+#include "client-hmd/render/surface_pass.h"
+
 namespace handloft::client {
 namespace {
 
@@ -261,6 +264,7 @@ void GesturePass::draw(const Frame& frame, const EyeUniforms& eye) {
     }
   }
   for (const DiskHint& disk : disks) add_arrow(disk, eye.position, lines);
+  if (frame.cursor) add_cursor(*frame.cursor, eye.position, lines);
   if (lines.empty()) return;
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_FALSE);
