@@ -216,13 +216,14 @@ struct Renderer::Implementation {
     targets.bind_picture();
     glViewport(0, 0, width, height);
     glDepthMask(GL_TRUE);
-    glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
+    const glm::vec3 backdrop = frame.plain_backdrop.value_or(glm::vec3(0.0F));
+    glClearColor(backdrop.x, backdrop.y, backdrop.z, 1.0F);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    stage.draw_background(frame);
+    if (!frame.plain_backdrop) stage.draw_background(frame);
     const Result<bool> hidden_by_hand = hand.prepare(frame, eye, targets);
     if (!hidden_by_hand) return hidden_by_hand.error();
-    stage.draw_table(frame, eye);
-    if (frame.surroundings == Surroundings::workplace) flat.draw_palette(frame, eye);
+    if (!frame.plain_backdrop) stage.draw_table(frame, eye);
+    if (!frame.plain_backdrop && frame.surroundings == Surroundings::workplace) flat.draw_palette(frame, eye);
 
     glEnable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
