@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "client-hmd/mirror/control_net_asker.h"
 #include "client-hmd/mirror/latest.h"
 #include "client-hmd/mirror/pending_requests.h"
 #include "client-hmd/mirror/resume.h"
@@ -66,10 +67,15 @@ struct ModelFeed::Implementation {
   Resumption resumption;
   std::optional<TimePoint> joined_at;
   std::optional<TimePoint> connected_at;  ///< Until its first snapshot is applied.
+  std::optional<TimePoint> gone_at;       ///< Until the next server's first snapshot is applied.
   Duration rejoin_after = rejoin_interval;
   bool await_snapshot = true;
   net::ClockOffset offset;
   RateLimit complaints{complaint_interval};
+
+  std::mutex nets_mutex;
+  ControlNetAsker nets;         ///< Under nets_mutex, as the next one.
+  bool nets_are_shown = false;  ///< Then they are asked for.
 
   std::mutex client_mutex;  ///< Held while `client` is being made: its thread may call back at once.
   std::unique_ptr<net::MessageClient> client;
@@ -118,6 +124,11 @@ struct ModelFeed::Implementation {
   }
 
   void on_disconnected(const Error& error) {
+    if (!gone_at) gone_at = clock.now();
+    {
+      const std::lock_guard lock(nets_mutex);
+      nets.forget();
+    }
     state.connected = false;
     state.problem = shortened(error.message);
     state.activities.clear();
@@ -182,14 +193,20 @@ struct ModelFeed::Implementation {
     ++state.snapshots;
     state.refusal.clear();
     rejoin_after = rejoin_interval;
-    if (connected_at) {
-      const std::lock_guard lock(statistics_mutex);
-      statistics.join_to_scene.add(received - *connected_at);
-    }
-    connected_at.reset();
+    if (connected_at) tell_of_return(received);
     resumption.begin(received);
     show(mirror.scene());
     publish();
+  }
+
+  void tell_of_return(TimePoint received) {
+    const Duration joining = received - *connected_at;
+    const std::lock_guard lock(statistics_mutex);
+    statistics.join_to_scene.add(joining);
+    if (gone_at) statistics.outages.add(received - *gone_at);
+    connected_at.reset();
+    gone_at.reset();
+    log.info("has the scene, {:.0f} ms after it connected", to_seconds(joining) * 1e3);
   }
 
   void on_delta(const v1::SceneDelta& delta, TimePoint received) {
@@ -263,21 +280,46 @@ struct ModelFeed::Implementation {
     return status;
   }
 
+  /// Never waits; what cannot be sent now is asked for with the next scene.
+  void ask_for_nets(const Scene& scene) {
+    const std::lock_guard lock(nets_mutex);
+    if (!nets_are_shown) return;
+    for (const v1::Envelope& question : nets.questions(scene)) {
+      const std::lock_guard sending(client_mutex);
+      if (client == nullptr || !client->send(question).ok()) return nets.forget();
+    }
+  }
+
+  void on_answer(const v1::Answer& answer) {
+    {
+      const std::lock_guard lock(nets_mutex);
+      if (!nets.take(answer)) return;
+      state.control_nets = nets.nets();
+    }
+    publish();
+    ask_for_nets(*state.scene);
+  }
+
   void on_message(const v1::Envelope& envelope) {
     const TimePoint received = clock.now();
     state.last_heard = received;
     switch (envelope.body_case()) {
       case v1::Envelope::kSnapshot:
         on_snapshot(envelope.snapshot(), received);
+        ask_for_nets(*state.scene);
         break;
       case v1::Envelope::kDelta:
         on_delta(envelope.delta(), received);
+        ask_for_nets(*state.scene);
         break;
       case v1::Envelope::kPresence:
         on_presence(envelope.presence());
         break;
       case v1::Envelope::kAck:
         on_ack(envelope.ack());
+        break;
+      case v1::Envelope::kAnswer:
+        on_answer(envelope.answer());
         break;
       case v1::Envelope::kFailure:
         state.problem = shortened(envelope.failure().message());
@@ -345,6 +387,16 @@ std::shared_ptr<const ModelState> ModelFeed::state() const {
 ModelFeedStatistics ModelFeed::statistics() const {
   const std::lock_guard lock(implementation_->statistics_mutex);
   return implementation_->statistics;
+}
+
+void ModelFeed::want_control_nets(ControlNetWish wish) {
+  {
+    const std::lock_guard lock(implementation_->nets_mutex);
+    const bool shown = wish == ControlNetWish::shown;
+    if (implementation_->nets_are_shown == shown) return;
+    implementation_->nets_are_shown = shown;
+  }
+  implementation_->ask_for_nets(*state()->scene);
 }
 
 Status ModelFeed::send_hand(const v1::TrackingFrame& frame) {

@@ -15,6 +15,7 @@
 
 #include "client-hmd/mirror/acknowledgement.h"
 #include "client-hmd/mirror/activity.h"
+#include "client-hmd/mirror/control_net.h"
 #include "client-hmd/mirror/latency.h"
 #include "client-hmd/mirror/scene_mirror.h"
 #include "common/base/clock.h"
@@ -45,6 +46,7 @@ struct ModelState {
   bool has_capture_time = false;
   TimePoint scene_capture_time;  ///< The same, but only of what shaped `scene`, not of presence; 0: none.
   std::map<ActivityKey, Activity> activities;
+  ControlNets control_nets;         ///< Of surfaces, the newest known; empty before they were wanted.
   std::uint64_t own_client_id = 0;  ///< As the server's Welcome named us; 0: not yet.
   bool takes_hands = false;         ///< This server does something with an editor's hand.
   /// The scene of a server that is just back, while it lacks some of what is shown; null: none.
@@ -58,11 +60,15 @@ struct ModelFeedStatistics {
   std::uint64_t activities_refused = 0;  ///< Presence with NaN and the like.
   LatencyHistogram capture_to_receipt;
   LatencyHistogram join_to_scene;  ///< From each handshake to its first snapshot, applied.
+  LatencyHistogram outages;        ///< From each loss of the connection to the next snapshot, applied.
   std::uint64_t hands_sent = 0;
   std::uint64_t hands_dropped = 0;  ///< Nobody was there, or read too slowly.
   std::uint64_t requests_sent = 0;
   std::uint64_t requests_refused = 0;  ///< Here or by the server.
 };
+
+/// Whether control nets are to be asked for with every change of a surface.
+enum class ControlNetWish { hidden, shown };
 
 /// Who joins.
 struct FeedOptions {
@@ -85,6 +91,9 @@ class ModelFeed {
   /// The newest state. Any thread; never waits for the network.
   std::shared_ptr<const ModelState> state() const;
   ModelFeedStatistics statistics() const;
+
+  /// Any thread; never waits; the same again costs nothing.
+  void want_control_nets(ControlNetWish wish);
 
   // Editors only. Any thread; never waits, and nothing is kept for a server that is not there: what a hand
   // did a while ago is not done when it comes back. Errors: failed_precondition when it is not connected, or
