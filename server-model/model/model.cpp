@@ -13,10 +13,6 @@ namespace handloft::model {
 namespace v1 = handloft::v1;
 
 namespace {
-// A client that lost an acknowledgement retries within seconds; this many operations of all clients are hours
-// of work.
-constexpr std::size_t remembered_answers = 1024;
-
 Error no_such_gesture(ProvisionalId id) {
   return make_error(ErrorCode::not_found, fmt::format("there is no gesture {}", id));
 }
@@ -25,6 +21,18 @@ Error no_such_gesture(ProvisionalId id) {
 Model::Model(Document initial, ApplyContext context)
     : context_(std::move(context)), history_(std::move(initial), context_.limits.max_history_steps) {
   if (!context_.sculpt_solvers) context_.sculpt_solvers = std::make_shared<SculptSolvers>();
+  touch_all();
+}
+
+Model::Model(FormerModel former, ApplyContext context)
+    : context_(std::move(context)), history_(std::move(former.history)), sequence_(former.sequence) {
+  if (!context_.sculpt_solvers) context_.sculpt_solvers = std::make_shared<SculptSolvers>();
+  touch_all();
+  for (const FormerModel::Answer& answer : former.answers)
+    remember(answer.client_id, answer.client_op_id, answer.submitted);
+}
+
+void Model::touch_all() {
   Changes all;
   for (const auto& [id, entity] : history_.current().entities) all.created.push_back(id);
   touch(all);
@@ -40,7 +48,7 @@ Result<Submitted> Model::submit(const v1::Operation& operation) {
   if (submitted) {
     touch(submitted->changes);
     submitted->cancelled_gestures = rebase_provisional();
-    remember(operation, *submitted);
+    remember(operation.client_id(), operation.client_op_id(), *submitted);
   }
   return submitted;
 }
@@ -211,9 +219,9 @@ void Model::touch(const Changes& changes) {
   }
 }
 
-void Model::remember(const v1::Operation& operation, const Submitted& submitted) {
-  if (operation.client_op_id() == 0) return;
-  const auto key = std::pair{operation.client_id(), operation.client_op_id()};
+void Model::remember(std::uint64_t client_id, std::uint64_t client_op_id, const Submitted& submitted) {
+  if (client_op_id == 0) return;
+  const auto key = std::pair{client_id, client_op_id};
   Submitted answer = submitted;
   answer.effective.Clear();  // It may be large, and was logged the first time.
   answered_.insert_or_assign(key, std::move(answer));

@@ -35,9 +35,27 @@ struct Submitted {
 
 using ProvisionalId = std::uint64_t;
 
+/// A model that was: what a restart restores (store/recovery.h).
+struct FormerModel {
+  /// What was answered to an operation with a client_op_id; its `effective` is not needed.
+  struct Answer {
+    std::uint64_t client_id = 0;
+    std::uint64_t client_op_id = 0;
+    Submitted submitted;
+  };
+  History history;
+  std::uint64_t sequence = 0;
+  std::vector<Answer> answers;  ///< Oldest first; the last Model::remembered_answers are kept.
+};
+
 class Model {
  public:
+  /// A client that lost an acknowledgement retries within seconds; this many operations of all clients are
+  /// hours of work.
+  static constexpr std::size_t remembered_answers = 1024;
+
   explicit Model(Document initial = {}, ApplyContext context = {});
+  explicit Model(FormerModel former, ApplyContext context = {});
 
   /// Applies one operation, undo and redo among them. An operation with the client_id and a client_op_id (not
   /// 0) of an earlier one is answered as that one was and applied no second time (the last 1024 are
@@ -84,7 +102,8 @@ class Model {
   Result<Submitted> submit_new(const handloft::v1::Operation& operation);
   Result<Submitted> step_history(const handloft::v1::Operation& operation);
   void touch(const Changes& changes);
-  void remember(const handloft::v1::Operation& operation, const Submitted& submitted);
+  void touch_all();
+  void remember(std::uint64_t client_id, std::uint64_t client_op_id, const Submitted& submitted);
   std::vector<std::string> rebase_provisional();
 
   ApplyContext context_;

@@ -1,0 +1,170 @@
+#include "server-model/store/database.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <utility>
+
+namespace handloft::store {
+
+namespace {
+constexpr int busy_timeout_ms = 5'000;  // A reader's moment; writers are kept apart by AckMark.
+}
+
+void Statement::Finalize::operator()(sqlite3_stmt* statement) const {
+  sqlite3_finalize(statement);
+}
+
+Statement& Statement::bind(int place, std::int64_t value) {
+  sqlite3_bind_int64(statement_.get(), place, value);
+  return *this;
+}
+
+Statement& Statement::bind(int place, std::uint64_t value) {
+  return bind(place, static_cast<std::int64_t>(value));
+}
+
+Statement& Statement::bind(int place, std::string_view text) {
+  sqlite3_bind_text64(statement_.get(), place, text.data(), text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+  return *this;
+}
+
+Statement& Statement::bind_bytes(int place, std::string_view bytes) {
+  sqlite3_bind_blob64(statement_.get(), place, bytes.data() == nullptr ? "" : bytes.data(), bytes.size(),
+                      SQLITE_STATIC);
+  return *this;
+}
+
+Statement::Step Statement::step() {
+  if (!statement_) return Step::failed;
+  const int code = sqlite3_step(statement_.get());
+  if (code == SQLITE_ROW) return Step::row;
+  return code == SQLITE_DONE ? Step::done : Step::failed;
+}
+
+bool Statement::run() {
+  const bool done = step() == Step::done;
+  reset();
+  return done;
+}
+
+void Statement::reset() {
+  sqlite3_reset(statement_.get());
+  sqlite3_clear_bindings(statement_.get());
+}
+
+std::int64_t Statement::integer(int column) const {
+  return sqlite3_column_int64(statement_.get(), column);
+}
+
+std::string_view Statement::bytes(int column) const {
+  const auto* data = static_cast<const char*>(sqlite3_column_blob(statement_.get(), column));
+  const int size = sqlite3_column_bytes(statement_.get(), column);
+  return data == nullptr ? std::string_view() : std::string_view(data, static_cast<std::size_t>(size));
+}
+
+void Database::Close::operator()(sqlite3* connection) const {
+  sqlite3_close_v2(connection);
+}
+
+Result<Database> Database::open(const std::filesystem::path& path, Access access, const std::string& vfs) {
+  int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
+  flags |= access == Access::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
+  if (access == Access::create) flags |= SQLITE_OPEN_CREATE;
+  Database database;
+  database.path_ = path.string();
+  sqlite3* connection = nullptr;
+  const int opened =
+      sqlite3_open_v2(database.path_.c_str(), &connection, flags, vfs.empty() ? nullptr : vfs.c_str());
+  database.connection_.reset(connection);
+  if (opened != SQLITE_OK) return database.error("open");
+  sqlite3_busy_timeout(connection, busy_timeout_ms);
+  // What a damaged file holds is never run, and cells that reach out of their page are found at once.
+  sqlite3_db_config(connection, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(connection, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(connection, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+  for (const char* pragma : {"PRAGMA synchronous=FULL", "PRAGMA cell_size_check=ON", "PRAGMA mmap_size=0",
+                             "PRAGMA temp_store=MEMORY", "PRAGMA wal_autocheckpoint=0"}) {
+    if (auto status = database.execute(pragma); !status) return status.error();
+  }
+  sqlite3_wal_hook(
+      connection,
+      [](void* pages, sqlite3*, const char*, int waiting) {
+        *static_cast<int*>(pages) = waiting;
+        return SQLITE_OK;
+      },
+      database.pages_waiting_.get());
+  return database;
+}
+
+Statement Database::prepare(std::string_view sql) const {
+  sqlite3_stmt* statement = nullptr;
+  sqlite3_prepare_v2(connection_.get(), sql.data(), static_cast<int>(sql.size()), &statement, nullptr);
+  Statement result;
+  result.statement_.reset(statement);
+  return result;
+}
+
+Status Database::execute(const std::string& sql) {
+  if (sqlite3_exec(connection_.get(), sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) return error(sql);
+  return {};
+}
+
+Result<std::int64_t> Database::integer(const std::string& sql) const {
+  Statement statement = prepare(sql);
+  if (statement.step() != Statement::Step::row) return error(sql);
+  return statement.integer(0);
+}
+
+Status Database::commit() {
+  auto status = execute("COMMIT");
+  if (!status) rollback();
+  return status;
+}
+
+void Database::rollback() {
+  if (sqlite3_get_autocommit(connection_.get()) == 0)
+    sqlite3_exec(connection_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+void Database::allow_checkpoints() {
+  sqlite3_db_config(connection_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
+}
+
+Status Database::checkpoint() {
+  if (sqlite3_wal_checkpoint_v2(connection_.get(), nullptr, SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr) !=
+      SQLITE_OK) {
+    return error("checkpoint");
+  }
+  *pages_waiting_ = 0;
+  return {};
+}
+
+Error Database::error(std::string_view doing) const {
+  const int code = sqlite3_errcode(connection_.get());
+  auto kind = ErrorCode::io;
+  switch (code & 0xff) {
+    case SQLITE_FULL:
+      kind = ErrorCode::resource_exhausted;
+      break;
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      kind = ErrorCode::data_corrupt;
+      break;
+    case SQLITE_CANTOPEN:
+      kind = ErrorCode::not_found;
+      break;
+    case SQLITE_BUSY:
+      kind = ErrorCode::failed_precondition;
+      break;
+    case SQLITE_CONSTRAINT:
+      kind = ErrorCode::already_exists;
+      break;
+    default:
+      break;
+  }
+  const char* words = code == SQLITE_FULL ? "the disk is full" : sqlite3_errmsg(connection_.get());
+  return make_error(kind, fmt::format("{}: {} (SQLite {}, {})", path_, words, code, doing));
+}
+
+}  // namespace handloft::store

@@ -1,0 +1,122 @@
+#include "server-model/store/log_check.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <utility>
+
+namespace handloft::store {
+
+namespace {
+
+class Checker {
+ public:
+  explicit Checker(const OperationLog& log) : log_(log) {}
+
+  LogCheck run() {
+    branches_and_operations();
+    if (auto versions = log_.versions(); !versions) tell("versions", versions.error().message);
+    if (auto audit = log_.audit(); !audit) tell("audit trail", audit.error().message);
+    structures();
+    mark();
+    snapshots();
+    return std::move(check_);
+  }
+
+ private:
+  void tell(std::string where, std::string what) {
+    if (check_.damages.size() < LogCheck::max_damages)
+      check_.damages.push_back({std::move(where), std::move(what)});
+  }
+
+  void branches_and_operations() {
+    auto branches = log_.branches();
+    if (!branches) {
+      tell("branches", branches.error().message);
+      branches = std::vector<Branch>{Branch{main_branch, "main", 0, 0, 0}};
+    } else if (branches->empty() || branches->front().id != main_branch) {
+      tell("branches", "found no main branch, expected one");
+      return;
+    }
+    for (const Branch& branch : *branches) {
+      std::uint64_t good = branch.parent_sequence;
+      auto status = log_.read(
+          good + 1,
+          [&](const LogEntry& entry) -> Status {
+            good = entry.record.sequence;
+            ++check_.operations;
+            return {};
+          },
+          branch.id);
+      if (branch.id == main_branch) check_.good_sequence = good;
+      if (!status) tell(fmt::format("operation {} of {}", good + 1, branch.name), status.error().message);
+    }
+  }
+
+  // Pages, indices and constraints; the index of retries answers who asks again (H3).
+  void structures() {
+    Statement rows = log_.database().prepare("PRAGMA integrity_check(20)");
+    auto step = rows.step();
+    for (; step == Statement::Step::row; step = rows.step()) {
+      if (rows.bytes(0) != "ok") tell("file", std::string(rows.bytes(0)));
+    }
+    if (step == Statement::Step::failed) tell("file", log_.database().error("check").message);
+  }
+
+  void mark() {
+    const auto mark = AckMark::read(log_.path());
+    if (!mark) return;
+    const auto chain = log_.chain_at(mark->branch, mark->sequence);
+    if (!chain) {
+      tell("end",
+           fmt::format(
+               "operation {} was saved, but found only those up to {}: the write-ahead log ({}-wal) is "
+               "damaged or missing, or an older copy of the file was put here (then remove {}-mark)",
+               mark->sequence, check_.good_sequence, log_.path().string(), log_.path().string()));
+    } else if (*chain != mark->chain) {
+      tell("end",
+           fmt::format(
+               "operation {} is not the one that was saved there: found checksum {:.16}, expected {:.16}",
+               mark->sequence, model::to_hex(model::as_bytes(*chain)),
+               model::to_hex(model::as_bytes(mark->chain))));
+    }
+  }
+
+  void snapshots() {
+    auto snapshots = log_.snapshots();
+    if (!snapshots) {
+      check_.bad_snapshots.push_back({"snapshots", snapshots.error().message});
+      return;
+    }
+    for (const SnapshotRow& snapshot : *snapshots) {
+      const auto bad = [&](const Error& error) {
+        check_.bad_snapshots.push_back({fmt::format("snapshot at {}", snapshot.sequence), error.message});
+      };
+      if (auto manifest = log_.manifest(snapshot); !manifest) {
+        bad(manifest.error());
+        continue;
+      }
+      Statement rows = log_.database().prepare("SELECT sha256 FROM snapshot_parts WHERE snapshot = ?1");
+      rows.bind(1, snapshot.id);
+      auto step = rows.step();
+      for (; step == Statement::Step::row; step = rows.step()) {
+        if (auto part = log_.part(rows.bytes(0)); !part) {
+          bad(part.error());
+          break;
+        }
+      }
+      if (step == Statement::Step::failed) bad(log_.database().error("read a snapshot"));
+    }
+  }
+
+  const OperationLog& log_;
+  LogCheck check_;
+};
+
+}  // namespace
+
+LogCheck check_log(const OperationLog& log) {
+  return Checker(log).run();
+}
+
+}  // namespace handloft::store

@@ -1,0 +1,450 @@
+#include "server-model/store/operation_log.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+#include <utility>
+
+#include "server-model/store/log_check.h"
+#include "server-model/store/log_schema.h"
+
+namespace handloft::store {
+
+namespace {
+
+constexpr unsigned sequence_bits = 40;
+constexpr std::uint64_t max_sequence = (std::uint64_t{1} << sequence_bits) - 1;
+constexpr BranchId max_branch = (BranchId{1} << 20U) - 1;
+
+constexpr std::string_view columns =
+    "place, epoch, client_id, client_op_id, time_ns, operation, answer, chain";
+
+bool to_digest(std::string_view bytes, Digest& digest) {
+  if (bytes.size() != digest.size()) return false;
+  std::memcpy(digest.data(), bytes.data(), digest.size());
+  return true;
+}
+
+LogEntry entry_of(const Statement& row) {
+  LogEntry entry;
+  entry.record.sequence = row.number(0) & max_sequence;
+  entry.record.epoch = row.number(1);
+  entry.record.client_id = row.number(2);
+  entry.record.client_op_id = row.number(3);
+  entry.record.time_ns = row.integer(4);
+  entry.record.operation = row.bytes(5);
+  entry.record.answer = row.bytes(6);
+  if (!to_digest(row.bytes(7), entry.chain)) entry.chain = {};
+  return entry;
+}
+
+// A new file's name in its folder must be on the disk too.
+void flush_folder(const std::filesystem::path& path) {
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  const int handle = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (handle < 0) return;
+  ::fsync(handle);
+  ::close(handle);
+}
+
+Error damaged(std::string message) {
+  return make_error(ErrorCode::data_corrupt, std::move(message));
+}
+
+}  // namespace
+
+LogIdentity new_identity(std::int64_t now_ns) {
+  LogIdentity identity;
+  std::random_device random;
+  for (auto& byte : identity.model_id) byte = static_cast<std::uint8_t>(random() & 0xffU);
+  identity.created_ns = now_ns;
+  return identity;
+}
+
+Digest chain_start(const LogIdentity& identity) {
+  return model::ContentHash()
+      .add("handloft log 1")
+      .add({reinterpret_cast<const char*>(identity.model_id.data()), identity.model_id.size()})
+      .add(static_cast<std::uint64_t>(identity.created_ns))
+      .finish();
+}
+
+Digest chain_next(const Digest& before, BranchId branch, const LogRecord& record) {
+  thread_local model::ContentHash hash;
+  return hash.add(model::as_bytes(before))
+      .add(branch)
+      .add(record.sequence)
+      .add(record.epoch)
+      .add(record.client_id)
+      .add(record.client_op_id)
+      .add(static_cast<std::uint64_t>(record.time_ns))
+      .add(std::uint64_t{record.operation.size()})
+      .add(record.operation)
+      .add(std::uint64_t{record.answer.size()})
+      .add(record.answer)
+      .finish();
+}
+
+std::int64_t row_place(BranchId branch, std::uint64_t sequence) {
+  return static_cast<std::int64_t>((branch << sequence_bits) | sequence);
+}
+
+Digest row_check(std::initializer_list<std::string_view> texts,
+                 std::initializer_list<std::uint64_t> numbers) {
+  model::ContentHash hash;
+  for (const std::string_view text : texts) hash.add(std::uint64_t{text.size()}).add(text);
+  for (const std::uint64_t number : numbers) hash.add(number);
+  return hash.finish();
+}
+
+Result<OperationLog> OperationLog::create(const std::filesystem::path& path, const LogIdentity& identity,
+                                          const LogOptions& options) {
+  AckMark mark;
+  if (options.mark == LogOptions::Mark::kept) {
+    auto locked = AckMark::lock(path);
+    if (!locked) return locked.error();
+    mark = *std::move(locked);
+  }
+  auto database = Database::open(path, Database::Access::create, options.vfs);
+  if (!database) return database.error();
+  // A file whose making was cut off holds nothing yet.
+  const auto tables = database->integer("SELECT count(*) FROM sqlite_schema");
+  if (!tables) return tables.error();
+  const auto owner = database->integer("PRAGMA application_id");
+  if (!owner) return owner.error();
+  if (*tables != 0 || *owner != 0)
+    return make_error(ErrorCode::already_exists, fmt::format("{} exists already", path.string()));
+  if (auto status = database->execute("PRAGMA journal_mode=WAL"); !status) return status.error();
+  if (auto status = database->begin(); !status) return status.error();
+  const Digest check =
+      row_check({"main"}, {main_branch, 0, 0, static_cast<std::uint64_t>(identity.created_ns)});
+  for (const std::string& sql :
+       {std::string(schema), fmt::format("PRAGMA application_id={}", application_id),
+        fmt::format("PRAGMA user_version={}", schema_version),
+        fmt::format("INSERT INTO model VALUES (1, x'{}', {})",
+                    model::to_hex(
+                        {reinterpret_cast<const char*>(identity.model_id.data()), identity.model_id.size()}),
+                    identity.created_ns),
+        fmt::format("INSERT INTO branches VALUES ({}, 'main', 0, 0, {}, x'{}')", main_branch,
+                    identity.created_ns, model::to_hex(model::as_bytes(check)))}) {
+    if (auto status = database->execute(sql); !status) {
+      database->rollback();
+      return status.error();
+    }
+  }
+  if (auto status = database->commit(); !status) return status.error();
+  if (auto status = database->checkpoint(); !status) return status.error();
+  if (options.mark == LogOptions::Mark::kept) flush_folder(path);
+  OperationLog log(*std::move(database), path, options);
+  log.access_ = Access::write;
+  log.mark_ = std::move(mark);
+  if (auto status = log.read_identity(); !status) return status.error();
+  if (auto status = log.find_ends(); !status) return status.error();
+  log.mark_.write({main_branch, 0, chain_start(identity)});
+  log.database_.allow_checkpoints();
+  return log;
+}
+
+Result<OperationLog> OperationLog::open(const std::filesystem::path& path, Access access,
+                                        const LogOptions& options) {
+  AckMark mark;
+  if (options.mark == LogOptions::Mark::kept) {
+    std::error_code failed;
+    if (!std::filesystem::exists(path, failed))
+      return make_error(ErrorCode::not_found, fmt::format("there is no file {}", path.string()));
+    if (access == Access::write) {
+      auto locked = AckMark::lock(path);
+      if (!locked) return locked.error();
+      mark = *std::move(locked);
+    }
+  }
+  auto database = Database::open(
+      path, access == Access::read ? Database::Access::read : Database::Access::write, options.vfs);
+  if (!database) return database.error();
+  OperationLog log(*std::move(database), path, options);
+  log.access_ = access;
+  log.mark_ = std::move(mark);
+  if (auto status = log.read_identity(); !status) return status.error();
+  if (access == Access::write) {
+    const LogCheck check = check_log(log);
+    if (!check.good()) {
+      return damaged(
+          fmt::format("{} is damaged: {}. It is left as it is; `handloft-modeld repair` writes what is "
+                      "good, {} operations, to another file",
+                      path.string(), check.damages.front().words(), check.good_sequence));
+    }
+  }
+  if (auto status = log.find_ends(); !status) return status.error();
+  if (access == Access::write) log.database_.allow_checkpoints();
+  return log;
+}
+
+Status OperationLog::read_identity() {
+  const auto owner = database_.integer("PRAGMA application_id");
+  if (!owner) return owner.error();
+  const auto tables = database_.integer("SELECT count(*) FROM sqlite_schema");
+  if (!tables) return tables.error();
+  if (*owner == 0 && *tables == 0) {
+    return make_error(
+        ErrorCode::failed_precondition,
+        fmt::format("{}: the making of this file was never finished; it holds nothing", path_.string()));
+  }
+  if (*owner != application_id) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("{} is no model: found application id {:#x}, expected {:#x}",
+                                  path_.string(), *owner, application_id));
+  }
+  const auto version = database_.integer("PRAGMA user_version");
+  if (!version) return version.error();
+  if (*version > schema_version) {
+    return make_error(
+        ErrorCode::unsupported,
+        fmt::format("{} was written by a newer Handloft: found version {}, this one knows up to {}",
+                    path_.string(), *version, schema_version));
+  }
+  if (*version < 1)
+    return damaged(fmt::format("{}: found version {}, expected 1 or more", path_.string(), *version));
+  Statement row = database_.prepare("SELECT model_id, created_ns FROM model WHERE id = 1");
+  if (row.step() != Statement::Step::row || row.bytes(0).size() != identity_.model_id.size())
+    return damaged(fmt::format("{}: found no identity of the model", path_.string()));
+  std::memcpy(identity_.model_id.data(), row.bytes(0).data(), identity_.model_id.size());
+  identity_.created_ns = row.integer(1);
+  return {};
+}
+
+Result<std::vector<Branch>> OperationLog::known_branches() const {
+  auto all = branches();
+  if (all || access_ != Access::read || all.error().code != ErrorCode::data_corrupt) return all;
+  return std::vector<Branch>{Branch{}};
+}
+
+Status OperationLog::find_ends() {
+  auto all = known_branches();
+  if (!all) return all.error();
+  for (const Branch& branch : *all) {
+    Statement last = database_.prepare("SELECT max(place) FROM operations WHERE place BETWEEN ?1 AND ?2");
+    last.bind(1, row_place(branch.id, 0)).bind(2, row_place(branch.id, max_sequence));
+    if (last.step() != Statement::Step::row) return database_.error("read the end");
+    const std::uint64_t found = last.number(0) & max_sequence;
+    const std::uint64_t sequence = found == 0 ? branch.parent_sequence : found;
+    auto chain = chain_at(branch.id, sequence);
+    if (!chain) return chain.error();
+    ends_[branch.id] = {sequence, *chain};
+  }
+  return {};
+}
+
+Result<Digest> OperationLog::chain_at(BranchId branch, std::uint64_t sequence) const {
+  Statement row = database_.prepare("SELECT chain FROM operations WHERE place = ?1");
+  // A branch's own records begin behind its parent's.
+  for (std::size_t depth = 0; depth <= max_branch; ++depth) {
+    if (sequence == 0) return chain_start(identity_);
+    row.bind(1, row_place(branch, sequence));
+    const auto step = row.step();
+    Digest digest{};
+    if (step == Statement::Step::row) {
+      if (!to_digest(row.bytes(0), digest))
+        return damaged(fmt::format("operation {} has no checksum", sequence));
+      return digest;
+    }
+    if (step == Statement::Step::failed) return database_.error("read a checksum");
+    row.reset();
+    auto all = known_branches();
+    if (!all) return all.error();
+    const auto found =
+        std::find_if(all->begin(), all->end(), [&](const Branch& b) { return b.id == branch; });
+    if (found == all->end() || found->parent == 0 || sequence > found->parent_sequence)
+      return make_error(ErrorCode::not_found, fmt::format("there is no operation {}", sequence));
+    branch = found->parent;
+  }
+  return damaged("branches are their own ancestors");
+}
+
+Status OperationLog::fail(const Error& error) {
+  if (failure_) failure_ = error;
+  return error;
+}
+
+Status OperationLog::append(std::span<const LogRecord> records, BranchId branch) {
+  if (!failure_) return failure_;
+  if (access_ == Access::read)
+    return make_error(ErrorCode::failed_precondition, fmt::format("{} is open for reading", path_.string()));
+  const auto end = ends_.find(branch);
+  if (end == ends_.end())
+    return make_error(ErrorCode::not_found, fmt::format("there is no branch {}", branch));
+  if (records.empty()) return {};
+  End now = end->second;
+  for (const LogRecord& record : records) {
+    if (record.sequence != now.sequence + 1 || record.sequence > max_sequence) {
+      return make_error(ErrorCode::invalid_argument,
+                        fmt::format("found {}, expected {}", record.sequence, now.sequence + 1), "sequence");
+    }
+    ++now.sequence;
+  }
+  if (auto status = database_.begin(); !status) return fail(status.error());
+  if (!insert_.good())
+    insert_ = database_.prepare(
+        fmt::format("INSERT INTO operations ({}) VALUES (?1,?2,?3,?4,?5,?6,?7,?8)", columns));
+  for (const LogRecord& record : records) {
+    now.chain = chain_next(now.chain, branch, record);
+    insert_.bind(1, row_place(branch, record.sequence))
+        .bind(2, record.epoch)
+        .bind(3, record.client_id)
+        .bind(4, record.client_op_id)
+        .bind(5, record.time_ns)
+        .bind_bytes(6, record.operation)
+        .bind_bytes(7, record.answer)
+        .bind_bytes(8, model::as_bytes(now.chain));
+    if (insert_.step() != Statement::Step::done) {
+      const Error error = database_.error("append an operation");
+      insert_.reset();
+      database_.rollback();
+      if (error.code != ErrorCode::already_exists) return fail(error);
+      return make_error(ErrorCode::already_exists,
+                        fmt::format("operation {} of client {} is in the log already", record.client_op_id,
+                                    record.client_id),
+                        "client_op_id");
+    }
+    insert_.reset();
+  }
+  if (auto status = database_.commit(); !status) return fail(status.error());
+  end->second = now;
+  mark_.write({branch, now.sequence, now.chain});
+  return {};
+}
+
+std::uint64_t OperationLog::last_sequence(BranchId branch) const {
+  const auto end = ends_.find(branch);
+  return end == ends_.end() ? 0 : end->second.sequence;
+}
+
+Result<std::uint64_t> OperationLog::next_epoch() const {
+  auto last = database_.integer("SELECT coalesce(max(epoch), 0) FROM operations");
+  if (!last) return last.error();
+  return static_cast<std::uint64_t>(*last) + 1;
+}
+
+Result<std::uint64_t> OperationLog::last_client_id() const {
+  auto last = database_.integer("SELECT coalesce(max(client_id), 0) FROM operations");
+  if (!last) return last.error();
+  return static_cast<std::uint64_t>(*last);
+}
+
+Status OperationLog::read(std::uint64_t from, const Visit& visit, BranchId branch) const {
+  auto all = known_branches();
+  if (!all) return all.error();
+  struct Segment {
+    BranchId branch;
+    std::uint64_t last;
+  };
+  std::vector<Segment> segments{{branch, max_sequence}};
+  while (segments.size() <= all->size()) {
+    const auto found = std::find_if(all->begin(), all->end(),
+                                    [&](const Branch& b) { return b.id == segments.back().branch; });
+    if (found == all->end())
+      return make_error(ErrorCode::not_found, fmt::format("there is no branch {}", segments.back().branch));
+    if (found->parent == 0) break;
+    segments.push_back({found->parent, std::min(found->parent_sequence, segments.back().last)});
+  }
+  if (segments.size() > all->size()) return damaged("branches are their own ancestors");
+
+  std::uint64_t expected = std::max<std::uint64_t>(from, 1);
+  auto start = chain_at(branch, expected - 1);
+  if (!start) return start.error();
+  Digest chain = *start;
+  for (auto segment = segments.rbegin(); segment != segments.rend(); ++segment) {
+    if (segment->last < expected) continue;
+    Statement rows = database_.prepare(
+        fmt::format("SELECT {} FROM operations WHERE place BETWEEN ?1 AND ?2 ORDER BY place", columns));
+    rows.bind(1, row_place(segment->branch, expected)).bind(2, row_place(segment->branch, segment->last));
+    auto step = rows.step();
+    for (; step == Statement::Step::row; step = rows.step()) {
+      LogEntry entry = entry_of(rows);
+      if (entry.record.sequence != expected) {
+        return make_error(ErrorCode::data_corrupt,
+                          fmt::format("found operation {} after {}, expected {}", entry.record.sequence,
+                                      expected - 1, expected),
+                          "sequence");
+      }
+      chain = chain_next(chain, segment->branch, entry.record);
+      if (entry.chain != chain) {
+        return make_error(
+            ErrorCode::data_corrupt,
+            fmt::format("operation {}: found checksum {:.16}, expected {:.16}", expected,
+                        model::to_hex(model::as_bytes(entry.chain)), model::to_hex(model::as_bytes(chain))),
+            "checksum");
+      }
+      if (auto status = visit(std::move(entry)); !status) return status;
+      ++expected;
+    }
+    if (step == Statement::Step::failed) return database_.error(fmt::format("read operation {}", expected));
+  }
+  return {};
+}
+
+Result<std::optional<LogEntry>> OperationLog::find(std::uint64_t client_id,
+                                                   std::uint64_t client_op_id) const {
+  Statement row = database_.prepare(fmt::format(
+      "SELECT {} FROM operations WHERE client_id = ?1 AND client_op_id = ?2 AND client_op_id <> 0", columns));
+  row.bind(1, client_id).bind(2, client_op_id);
+  const auto step = row.step();
+  if (step == Statement::Step::failed) return database_.error("find an operation");
+  if (step == Statement::Step::done) return std::optional<LogEntry>();
+  return std::optional(entry_of(row));
+}
+
+Result<std::string> OperationLog::part(std::string_view sha256) const {
+  Statement row = database_.prepare("SELECT content FROM parts WHERE sha256 = ?1");
+  row.bind_bytes(1, sha256);
+  const auto step = row.step();
+  if (step == Statement::Step::failed) return database_.error("read a part");
+  if (step == Statement::Step::done)
+    return make_error(ErrorCode::not_found, fmt::format("there is no part {:.16}", model::to_hex(sha256)));
+  std::string content(row.bytes(0));
+  if (model::as_bytes(model::content_hash(content)) != sha256)
+    return damaged(fmt::format("part {:.16} holds other content than its name says", model::to_hex(sha256)));
+  return content;
+}
+
+Result<std::string> OperationLog::manifest(const SnapshotRow& snapshot) const {
+  Statement row = database_.prepare("SELECT manifest FROM snapshots WHERE id = ?1");
+  row.bind(1, snapshot.id);
+  if (row.step() != Statement::Step::row) return database_.error("read a snapshot");
+  std::string content(row.bytes(0));
+  if (model::content_hash(content) != snapshot.manifest_hash)
+    return damaged(
+        fmt::format("the snapshot at {} holds other content than its checksum says", snapshot.sequence));
+  return content;
+}
+
+Result<std::vector<SnapshotRow>> OperationLog::snapshots() const {
+  Statement rows = database_.prepare(
+      "SELECT id, branch, sequence, document_hash, manifest_hash, time_ns FROM snapshots WHERE verified = 1 "
+      "ORDER BY id DESC");
+  std::vector<SnapshotRow> result;
+  auto step = rows.step();
+  for (; step == Statement::Step::row; step = rows.step()) {
+    SnapshotRow& row = result.emplace_back();
+    row.id = rows.integer(0);
+    row.branch = rows.number(1);
+    row.sequence = rows.number(2);
+    row.document_hash = rows.bytes(3);
+    to_digest(rows.bytes(4), row.manifest_hash);
+    row.time_ns = rows.integer(5);
+  }
+  if (step == Statement::Step::failed) return database_.error("read snapshots");
+  return result;
+}
+
+void OperationLog::tidy() {
+  if (failure_ && database_.pages_waiting() >= options_.checkpoint_pages) {
+    // Nothing is lost when it fails: all is in the write-ahead log. But the disk is not well.
+    if (auto status = database_.checkpoint(); !status) (void)fail(status.error());
+  }
+}
+
+}  // namespace handloft::store

@@ -1,0 +1,363 @@
+// The durable log: what goes in comes out, in order, once, and durable (U5, H3); branches and versions (U6);
+// two writers, newer files and files of others are refused in words.
+
+#include "server-model/store/operation_log.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <string>
+#include <vector>
+
+#include "server-model/model/canonical.h"
+#include "server-model/store/group_commit.h"
+#include "server-model/store/log_check.h"
+#include "server-model/store/recovery.h"
+#include "server-model/store/repair.h"
+#include "server-model/store/snapshot.h"
+#include "tests/support/stored_session.h"
+
+namespace handloft::store {
+namespace {
+
+namespace fs = std::filesystem;
+using Access = OperationLog::Access;
+
+const test::StoredSession& session() {
+  static const test::StoredSession one = test::stored_session(200, 7);
+  return one;
+}
+
+class Store : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "handloft-store-XXXXXX";
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    folder = pattern;
+    path = folder / "model.handloft";
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  OperationLog create() {
+    auto log = OperationLog::create(path, new_identity(1));
+    EXPECT_TRUE(log.ok()) << log.error().describe();
+    return *std::move(log);
+  }
+  void write_all(OperationLog& log) {
+    auto status = log.append(session().records);
+    ASSERT_TRUE(status.ok()) << status.error().describe();
+  }
+  static std::string hash_of(const Recovered& recovered) {
+    return model::document_hash(recovered.model.document());
+  }
+
+  fs::path folder, path;
+};
+
+TEST_F(Store, WhatWasAppendedIsThereAfterReopening) {
+  {
+    OperationLog log = create();
+    write_all(log);
+  }
+  auto log = OperationLog::open(path, Access::write);
+  ASSERT_TRUE(log.ok()) << log.error().describe();
+  EXPECT_EQ(log->last_sequence(), 200U);
+  std::size_t i = 0;
+  ASSERT_TRUE(log->read(1,
+                        [&](const LogEntry& entry) -> Status {
+                          const LogRecord& expected = session().records[i++];
+                          EXPECT_EQ(entry.record.sequence, i);
+                          EXPECT_EQ(entry.record.operation, expected.operation);
+                          EXPECT_EQ(entry.record.answer, expected.answer);
+                          EXPECT_EQ(entry.record.client_id, expected.client_id);
+                          EXPECT_EQ(entry.record.time_ns, expected.time_ns);
+                          return {};
+                        })
+                  .ok());
+  EXPECT_EQ(i, 200U);
+  EXPECT_EQ(*log->next_epoch(), 2U);
+  EXPECT_EQ(*log->last_client_id(), 3U);
+}
+
+TEST_F(Store, D6AReplayGivesTheHashThatTheModelHad) {
+  OperationLog log = create();
+  write_all(log);
+  const auto recovered = recover(log);
+  ASSERT_TRUE(recovered.ok()) << recovered.error().describe();
+  EXPECT_EQ(recovered->replayed, 200U);
+  EXPECT_EQ(hash_of(*recovered), session().hashes.back());
+  RecoveryOptions earlier;
+  earlier.until = 57;
+  EXPECT_EQ(hash_of(*recover(log, {}, earlier)), session().hashes[57]);
+}
+
+TEST_F(Store, ASnapshotAndTheTailGiveTheSameAndCanBeUndoneAsDeep) {
+  OperationLog log = create();
+  write_all(log);
+  auto prepared = prepare_snapshot(session().middle);
+  ASSERT_TRUE(prepared.ok()) << prepared.error().describe();
+  ASSERT_TRUE(write_snapshot(log, *prepared, 5).ok());
+  auto recovered = recover(log);
+  ASSERT_TRUE(recovered.ok());
+  EXPECT_EQ(recovered->snapshot_sequence, 100U);
+  EXPECT_EQ(recovered->replayed, 100U);
+  EXPECT_EQ(hash_of(*recovered), session().hashes.back());
+  RecoveryOptions all;
+  all.snapshots = RecoveryOptions::Snapshots::ignored;
+  auto replayed = recover(log, {}, all);
+  ASSERT_TRUE(replayed.ok());
+  v1::Operation undo;
+  undo.mutable_undo();
+  std::size_t undone = 0;
+  for (; replayed->model.submit(undo); ++undone) {
+    ASSERT_TRUE(recovered->model.submit(undo).ok()) << undone;
+    ASSERT_EQ(hash_of(*recovered), hash_of(*replayed)) << undone;
+  }
+  EXPECT_GT(undone, 20U);
+  EXPECT_FALSE(recovered->model.submit(undo).ok());
+}
+
+TEST_F(Store, AnUndoDeeperThanTheSnapshotRemembersComesFromAnOlderOne) {
+  OperationLog log = create();
+  write_all(log);
+  model::EncodeOptions shallow;
+  shallow.max_steps = 0;
+  ASSERT_TRUE(write_snapshot(log, *prepare_snapshot(session().middle, shallow), 5).ok());
+  const auto recovered = recover(log);
+  ASSERT_TRUE(recovered.ok()) << recovered.error().describe();
+  EXPECT_EQ(hash_of(*recovered), session().hashes.back());
+}
+
+TEST_F(Store, TheSnapshotBeforeIsKeptAndTakesOver) {
+  OperationLog log = create();
+  write_all(log);
+  ASSERT_TRUE(write_snapshot(log, *prepare_snapshot(session().middle), 5).ok());
+  const auto end = recover(log);
+  for (int i = 0; i < 2; ++i) {
+    const model::StoredState state{end->model.history(), end->model.sequence()};
+    ASSERT_TRUE(write_snapshot(log, *prepare_snapshot(state), 6).ok());
+  }
+  ASSERT_EQ(log.snapshots()->size(), 2U);
+  ASSERT_TRUE(write_snapshot(log, *prepare_snapshot(session().middle), 7).ok());
+  ASSERT_EQ(log.snapshots()->at(0).sequence, 100U);
+  ASSERT_TRUE(log.database().execute("UPDATE snapshots SET manifest = x'00' WHERE sequence = 100").ok());
+  EXPECT_EQ(check_log(log).bad_snapshots.size(), 1U);
+  const auto recovered = recover(log);
+  ASSERT_TRUE(recovered.ok());
+  EXPECT_EQ(recovered->snapshot_sequence, 200U);
+  EXPECT_EQ(hash_of(*recovered), session().hashes.back());
+}
+
+TEST_F(Store, H3ARetriedOperationGetsItsOldAnswerAlsoAfterARestart) {
+  OperationLog log = create();
+  write_all(log);
+  ASSERT_TRUE(write_snapshot(log, *prepare_snapshot(session().middle), 5).ok());
+  auto recovered = recover(log);
+  ASSERT_TRUE(recovered.ok());
+  std::size_t asked = 0;
+  for (const LogRecord& record : session().records) {
+    if (record.client_op_id == 0) continue;
+    v1::Operation operation;
+    operation.ParseFromString(record.operation);
+    const auto again = recovered->model.submit(operation);
+    ASSERT_TRUE(again.ok());
+    EXPECT_EQ(again->sequence, record.sequence);
+    EXPECT_EQ(again->changes.all(), answer_of(record).changes.all());
+    const auto found = log.find(record.client_id, record.client_op_id);
+    ASSERT_TRUE(found.ok() && *found);
+    EXPECT_EQ((*found)->record.sequence, record.sequence);
+    ++asked;
+  }
+  EXPECT_GT(asked, 30U);
+  EXPECT_EQ(recovered->model.sequence(), 200U);
+  EXPECT_FALSE(*log.find(99, 1));
+  // And the log itself takes none twice.
+  LogRecord twice = session().records.front();
+  twice.client_id = 77;
+  twice.client_op_id = 1;
+  twice.sequence = 201;
+  ASSERT_TRUE(log.append({&twice, 1}).ok());
+  twice.sequence = 202;
+  EXPECT_EQ(log.append({&twice, 1}).error().code, ErrorCode::already_exists);
+  EXPECT_TRUE(log.failure().ok());
+  EXPECT_EQ(log.last_sequence(), 201U);
+}
+
+TEST_F(Store, AGapInTheSequenceIsRefused) {
+  OperationLog log = create();
+  EXPECT_EQ(log.append({&session().records[1], 1}).error().field, "sequence");
+  EXPECT_TRUE(log.append({&session().records[0], 1}).ok());
+}
+
+TEST_F(Store, U6VersionsAndBranchesAreMomentsOfAParent) {
+  OperationLog log = create();
+  write_all(log);
+  ASSERT_TRUE(log.add_version({"before the wing", main_branch, 50, 2, 9, "first idea"}).ok());
+  EXPECT_EQ(log.add_version({"before the wing", main_branch, 60, 2, 9, ""}).error().code,
+            ErrorCode::already_exists);
+  EXPECT_EQ(log.add_version({"tomorrow", main_branch, 201, 2, 9, ""}).error().code, ErrorCode::not_found);
+  auto branch = log.add_branch("wing", main_branch, 50, 10);
+  ASSERT_TRUE(branch.ok());
+  EXPECT_EQ(log.last_sequence(*branch), 50U);
+  // The branch goes on where it left: the same operations give the same.
+  ASSERT_TRUE(log.append(std::vector<LogRecord>{[] {
+                           LogRecord record = session().records[50];
+                           record.client_op_id = 0;
+                           return record;
+                         }()},
+                         *branch)
+                  .ok());
+  RecoveryOptions on_branch;
+  on_branch.branch = *branch;
+  auto recovered = recover(log, {}, on_branch);
+  ASSERT_TRUE(recovered.ok()) << recovered.error().describe();
+  EXPECT_EQ(hash_of(*recovered), session().hashes[51]);
+  EXPECT_EQ(recovered->model.sequence(), 51U);
+  auto second = log.add_branch("of the wing", *branch, 51, 11);
+  ASSERT_TRUE(second.ok());
+  on_branch.branch = *second;
+  EXPECT_EQ(hash_of(*recover(log, {}, on_branch)), session().hashes[51]);
+  EXPECT_EQ(log.add_branch("wing", main_branch, 1, 0).error().code, ErrorCode::already_exists);
+  EXPECT_EQ(log.branches()->size(), 3U);
+  EXPECT_TRUE(check_log(log).good());
+  EXPECT_EQ(check_log(log).operations, 201U);
+}
+
+TEST_F(Store, TheAuditTrailIsChained) {
+  OperationLog log = create();
+  for (const char* words : {"Ada joined", "Bob refused", "Ada left"})
+    ASSERT_TRUE(log.add_audit({1, 2, "join", words}).ok());
+  EXPECT_EQ(log.audit()->size(), 3U);
+  ASSERT_TRUE(log.database().execute("DELETE FROM audit WHERE id = 2").ok());
+  EXPECT_EQ(log.audit().error().code, ErrorCode::data_corrupt);
+}
+
+TEST_F(Store, DamageIsNamedNeverWrittenOverAndRepairedBeside) {
+  {
+    OperationLog log = create();
+    write_all(log);
+    ASSERT_TRUE(log.add_version({"early", main_branch, 50, 2, 9, ""}).ok());
+    ASSERT_TRUE(log.add_version({"late", main_branch, 180, 2, 9, ""}).ok());
+    ASSERT_TRUE(log.database()
+                    .execute("UPDATE operations SET client_id = client_id + 1 WHERE (place & 0xffff) = 120")
+                    .ok());
+  }
+  const auto bytes = [&] {
+    std::ifstream in(path, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string before = bytes();
+  const auto refused = OperationLog::open(path, Access::write);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::data_corrupt);
+  EXPECT_NE(refused.error().message.find("operation 120 of main"), std::string::npos)
+      << refused.error().message;
+  const auto repaired = repair(path, folder / "repaired.handloft");
+  ASSERT_TRUE(repaired.ok()) << repaired.error().describe();
+  EXPECT_EQ(repaired->operations, 119U);
+  EXPECT_EQ(repaired->versions, 1U);
+  EXPECT_EQ(bytes(), before);
+  auto log = OperationLog::open(folder / "repaired.handloft", Access::write);
+  ASSERT_TRUE(log.ok()) << log.error().describe();
+  EXPECT_EQ(hash_of(*recover(*log)), session().hashes[119]);
+}
+
+TEST_F(Store, SwappedAndMissingRecordsShow) {
+  for (const char* sql : {"DELETE FROM operations WHERE (place & 0xffff) = 120",
+                          "UPDATE operations SET place = place + 100000 WHERE (place & 0xffff) = 200"}) {
+    fs::remove(path);
+    {
+      OperationLog log = create();
+      write_all(log);
+      ASSERT_TRUE(log.database().execute(sql).ok());
+    }
+    EXPECT_EQ(OperationLog::open(path, Access::write).error().code, ErrorCode::data_corrupt) << sql;
+  }
+}
+
+TEST_F(Store, ALostEndShowsByItsMark) {
+  fs::path copy = folder / "copy.handloft";
+  OperationLog log = create();
+  write_all(log);
+  // As a crash leaves it, but without the write-ahead log that holds the operations.
+  fs::copy_file(path, copy);
+  fs::copy_file(path.string() + "-mark", copy.string() + "-mark");
+  const auto opened = OperationLog::open(copy, Access::write);
+  ASSERT_FALSE(opened.ok());
+  EXPECT_NE(opened.error().message.find("operation 200 was saved"), std::string::npos)
+      << opened.error().message;
+}
+
+TEST_F(Store, TwoWritersAreRefusedReadersAreNot) {
+  OperationLog log = create();
+  write_all(log);
+  const auto second = OperationLog::open(path, Access::write);
+  ASSERT_FALSE(second.ok());
+  EXPECT_NE(second.error().message.find("in use by another"), std::string::npos);
+  auto reader = OperationLog::open(path, Access::read);
+  ASSERT_TRUE(reader.ok()) << reader.error().describe();
+  EXPECT_EQ(reader->last_sequence(), 200U);
+  EXPECT_TRUE(check_log(*reader).good());
+  EXPECT_FALSE(reader->append({&session().records[0], 1}).ok());
+}
+
+TEST_F(Store, FilesOfOthersAndOfTheFutureAreRefusedInWords) {
+  EXPECT_EQ(OperationLog::open(path, Access::read).error().code, ErrorCode::not_found);
+  std::ofstream(path) << "This is a letter, and long enough for a database page or two."
+                      << std::string(5000, 'x');
+  EXPECT_FALSE(OperationLog::open(path, Access::write).ok());
+  fs::remove(path);
+  std::ofstream(path).close();
+  EXPECT_EQ(OperationLog::open(path, Access::write).error().code, ErrorCode::failed_precondition);
+  fs::remove(path);
+  { OperationLog log = create(); }
+  EXPECT_EQ(OperationLog::create(path, new_identity(1)).error().code, ErrorCode::already_exists);
+  {
+    auto log = OperationLog::open(path, Access::write);
+    ASSERT_TRUE(log->database().execute("PRAGMA user_version=2").ok());
+  }
+  const auto newer = OperationLog::open(path, Access::write);
+  ASSERT_FALSE(newer.ok());
+  EXPECT_EQ(newer.error().code, ErrorCode::unsupported);
+  EXPECT_NE(newer.error().message.find("newer Handloft"), std::string::npos);
+}
+
+TEST_F(Store, GroupCommitTellsInOrderWhenRecordsAreDurable) {
+  std::vector<std::uint64_t> told;
+  {
+    GroupCommit commit(create());
+    for (const LogRecord& record : session().records) {
+      ASSERT_TRUE(commit.accepting());
+      commit.append(record, [&, sequence = record.sequence](const Status& status) {
+        EXPECT_TRUE(status.ok());
+        told.push_back(sequence);
+      });
+    }
+    std::promise<Status> written;
+    commit.snapshot(*prepare_snapshot(session().middle), 5,
+                    [&](const Status& status) { written.set_value(status); });
+    EXPECT_TRUE(written.get_future().get().ok());
+    commit.flush();
+    EXPECT_EQ(told.size(), 200U);
+    EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+    EXPECT_LE(commit.statistics().commits, 200U);
+    EXPECT_EQ(commit.statistics().records, 200U);
+    commit.stop();
+    bool refused = false;
+    commit.append(session().records[0], [&](const Status& status) { refused = !status.ok(); });
+    EXPECT_TRUE(refused);
+    EXPECT_FALSE(commit.accepting());
+  }
+  auto log = OperationLog::open(path, Access::write);
+  ASSERT_TRUE(log.ok());
+  const auto recovered = recover(*log);
+  EXPECT_EQ(recovered->snapshot_sequence, 100U);
+  EXPECT_EQ(hash_of(*recovered), session().hashes.back());
+}
+
+}  // namespace
+}  // namespace handloft::store
