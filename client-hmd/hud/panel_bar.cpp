@@ -137,7 +137,7 @@ void draw_bar(PanelParts& parts) {
   for (const PageWords& page : pages) {
     put_page(parts, page, roomy ? width_of(font, page.label) + 1.2F * parts.em : 2.0F * parts.em, roomy);
   }
-  end_panel();
+  end_panel(parts, "bar");
   ImGui::PopStyleVar();
 }
 

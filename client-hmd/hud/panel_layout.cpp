@@ -7,7 +7,7 @@ namespace handloft::client {
 namespace {
 
 constexpr float least_middle_share = 0.36F;   ///< Of the width, with both columns open.
-constexpr float widest_column_share = 0.62F;  ///< Of the width, for a single one.
+constexpr float widest_column_share = 0.50F;  ///< Of the width, for a single one.
 constexpr float lines_of_text = 72.0F;        ///< The picture's height at 100 % and usual density.
 constexpr float handle_width = 1.6F, handle_height = 6.0F;
 constexpr float bar_height = 2.7F;

@@ -32,6 +32,7 @@ struct PanelMemory {
   std::string name;      ///< As typed so far.
   bool name_focused = false;
   std::map<std::string, bool> open_sections;
+  std::map<std::string, float> heights;  ///< That panels would fill, as of the frame before.
 };
 
 /// One frame of panels.
@@ -56,10 +57,10 @@ struct PanelParts {
 ImU32 colour(std::uint32_t srgb, float opacity = 1.0F);
 std::uint32_t tone_ink(const Theme& theme, Tone tone);
 
-/// A panel that fills `place` and casts a soft shadow; end_panel() ends it in any case.
+/// A panel in `place` that casts a soft shadow; one that scrolls is no higher than what it holds.
 enum class Scrolling { none, vertical };
 void begin_panel(PanelParts& parts, const char* name, const PixelRect& place, Scrolling scrolling);
-void end_panel();
+void end_panel(PanelParts& parts, const char* name);
 
 /// Notes the last item's place.
 void note_place(PanelParts& parts, std::string name);

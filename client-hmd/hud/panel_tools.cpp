@@ -1,5 +1,6 @@
 // The left column: what the pointer does, how hard and how far, and every command of the palette.
 
+#include <algorithm>
 #include <array>
 
 #include "client-hmd/hud/panel_parts.h"
@@ -26,11 +27,19 @@ constexpr std::array<ToolWords, desktop_tools> tools{{
      "Two corners on a sculpted surface."},
 }};
 
-constexpr int columns = 3;
+/// Tiles in a row: three, fewer where the text is large for the window.
+int tile_columns(const PanelParts& parts) {
+  constexpr int most = 3;
+  constexpr float narrowest = 4.3F;  ///< For one word of a label.
+  const float room = ImGui::GetContentRegionAvail().x / (narrowest * parts.em);
+  return std::clamp(static_cast<int>(room), 1, most);
+}
+
 constexpr float tile_height = 4.1F;  ///< Of a sign over two lines.
 
 void draw_tool_tiles(PanelParts& parts) {
   heading(parts, "Tools");
+  const int columns = tile_columns(parts);
   const ImVec2 size{tile_width(columns), tile_height * 0.84F * parts.em};
   const std::string reason = parts.contents.can_edit ? "" : "You are watching";
   int column = 0;
@@ -86,6 +95,7 @@ bool section_head(PanelParts& parts, std::string_view title) {
 
 void draw_commands(PanelParts& parts, const CommandSection& section) {
   if (!section_head(parts, section.title)) return;
+  const int columns = tile_columns(parts);
   const ImVec2 size{tile_width(columns), tile_height * parts.em};
   int column = 0;
   for (const CommandButton& button : section.buttons) {
@@ -114,7 +124,7 @@ void draw_tools(PanelParts& parts) {
     small_words(parts, hand, parts.theme.ink);
   }
   for (const CommandSection& section : parts.contents.sections) draw_commands(parts, section);
-  end_panel();
+  end_panel(parts, "left");
 }
 
 }  // namespace handloft::client

@@ -26,7 +26,7 @@ void draw_handle(PanelParts& parts, Side side) {
   list.AddLine({c.x - 0.5F * r, c.y - std::abs(r)}, {c.x + 0.5F * r, c.y}, ink, 0.14F * parts.em);
   list.AddLine({c.x + 0.5F * r, c.y}, {c.x - 0.5F * r, c.y + std::abs(r)}, ink, 0.14F * parts.em);
   tip(parts, left ? "Tools and commands" : "Scene, view, settings, help", {}, {});
-  end_panel();
+  end_panel(parts, name);
   ImGui::PopStyleVar();
   if (!pressed) return;
   (left ? parts.memory.settings.left_open : parts.memory.settings.right_open) = true;
@@ -51,7 +51,7 @@ void draw_right(PanelParts& parts) {
       draw_help_page(parts);
       break;
   }
-  end_panel();
+  end_panel(parts, "right");
 }
 
 }  // namespace
@@ -95,7 +95,6 @@ struct Panels::Implementation {
   std::array<bool, 3> elsewhere{};  ///< Buttons that went down over the work.
   glm::dvec2 pointer{-1.0};
   bool keyboard = false;  ///< Keys work the panels (F6).
-  bool pointer_seen = false;
 
   bool covers(const glm::dvec2& at) const {
     return std::any_of(covered.begin(), covered.end(),
@@ -192,9 +191,10 @@ void Panels::Implementation::draw_all(PanelParts& parts) {
 }
 
 void Panels::Implementation::note_covered() {
-  covered = {layout.bar, layout.left, layout.right};
+  covered.clear();
   for (const auto& [name, place] : places) {
-    if (name.starts_with("notice:") || name == "card:tour") covered.push_back(place);
+    if (name.starts_with("panel:") || name.starts_with("notice:") || name == "card:tour")
+      covered.push_back(place);
   }
 }
 

@@ -99,17 +99,23 @@ std::uint32_t tone_ink(const Theme& theme, Tone tone) {
 }
 
 void begin_panel(PanelParts& parts, const char* name, const PixelRect& place, Scrolling scrolling) {
-  const ImVec2 from{place.corner.x, place.corner.y};
-  const ImVec2 to{place.corner.x + place.size.x, place.corner.y + place.size.y};
+  PixelRect shown = place;
+  if (scrolling == Scrolling::vertical) {
+    const auto known = parts.memory.heights.find(name);
+    if (known != parts.memory.heights.end()) shown.size.y = std::min(shown.size.y, known->second);
+  }
+  parts.places["panel:" + std::string(name)] = shown;
+  const ImVec2 from{shown.corner.x, shown.corner.y};
+  const ImVec2 to{shown.corner.x + shown.size.x, shown.corner.y + shown.size.y};
   constexpr int shadow_layers = 5;
   for (int i = shadow_layers; i > 0; --i) {
     const float out = 0.09F * parts.em * static_cast<float>(i);
     ImGui::GetBackgroundDrawList()->AddRectFilled({from.x - out, from.y - 0.5F * out},
-                                                  {to.x + out, to.y + 1.5F * out}, IM_COL32(8, 14, 24, 9),
+                                                  {to.x + out, to.y + 1.5F * out}, IM_COL32(8, 14, 24, 7),
                                                   panel_sizes.rounding * parts.em + out);
   }
   ImGui::SetNextWindowPos(from);
-  ImGui::SetNextWindowSize({place.size.x, place.size.y});
+  ImGui::SetNextWindowSize({shown.size.x, shown.size.y});
   ImGuiWindowFlags flags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                            ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus;
   if (scrolling == Scrolling::vertical) flags &= ~ImGuiWindowFlags_NoScrollbar;
@@ -117,7 +123,10 @@ void begin_panel(PanelParts& parts, const char* name, const PixelRect& place, Sc
   ImGui::Begin(name, nullptr, flags);
 }
 
-void end_panel() {
+void end_panel(PanelParts& parts, const char* name) {
+  const ImGuiStyle& style = ImGui::GetStyle();
+  parts.memory.heights[name] =
+      std::ceil(ImGui::GetCursorPosY() - style.ItemSpacing.y + style.WindowPadding.y) + 1.0F;
   ImGui::End();
 }
 
