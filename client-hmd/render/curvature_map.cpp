@@ -77,7 +77,7 @@ void add_curvature_legend(CurvatureKind kind, float range_per_m, const Diverging
   constexpr std::array<float, 5> marks{1.0F, 0.5F, 0.0F, -0.5F, -1.0F};
   const float text = std::clamp(static_cast<float>(height_px) / 45.0F, 10.0F, 40.0F);
   const float bar_height = 10.0F * text, bar_width = 1.1F * text, padding = 0.9F * text;
-  const glm::vec2 size(11.5F * text, bar_height + 3.6F * text);
+  const glm::vec2 size(13.2F * text, bar_height + 3.6F * text);
   const glm::vec2 corner(static_cast<float>(width_px) - size.x - 1.1F * text,
                          0.5F * (static_cast<float>(height_px) - size.y));
   overlay.panels.push_back({corner, size, 0.9F * text, paper});

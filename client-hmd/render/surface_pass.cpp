@@ -224,12 +224,12 @@ void SurfacePass::await_curvatures() {
 void SurfacePass::update_curvatures() {
   if (worker_ == nullptr) worker_ = std::make_unique<CurvatureWorker>();
   worker_->keep_only([this](const std::string& id) { return residents_.count(id) != 0; });
-  float range = 0.0F;
+  std::vector<float> ranges;
   for (auto& [id, resident] : residents_) {
     worker_->want(id, resident.mesh);
     const std::shared_ptr<const MeshCurvatures> newest = worker_->newest(id);
     if (newest == nullptr || newest->values.size() != resident.mesh->vertices.size()) continue;
-    range = std::max(range, newest->range_per_m[static_cast<std::size_t>(curvature_.kind)]);
+    ranges.push_back(newest->range_per_m[static_cast<std::size_t>(curvature_.kind)]);
     if (newest == resident.curvatures) continue;
     resident.curvatures = newest;
     if (!resident.curvature_values) resident.curvature_values = GlBuffer::create();
@@ -242,8 +242,14 @@ void SurfacePass::update_curvatures() {
     glVertexAttribPointer(curvature_attribute, 2, GL_FLOAT, GL_FALSE, sizeof(PrincipalCurvatures), nullptr);
     glBindVertexArray(0);
   }
-  if (curvature_.range_per_m > 0.0F) range = curvature_.range_per_m;
-  if (range > 0.0F) curvature_range_per_m_ = range;
+  if (curvature_.range_per_m > 0.0F) {
+    curvature_range_per_m_ = curvature_.range_per_m;
+  } else if (!ranges.empty()) {
+    // That of the middle shape: one small sharp part must not make all others pale.
+    const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
+    std::nth_element(ranges.begin(), middle, ranges.end());
+    curvature_range_per_m_ = *middle;
+  }
 }
 
 void SurfacePass::update_distances(Resident& resident, const Entity& entity) {
