@@ -64,7 +64,7 @@ Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect, co
                                                   const Clock& clock) {
   if (connect.empty())
     return std::unique_ptr<ScriptTarget>(
-        std::make_unique<LocalTarget>(files, Model({}, context_on_all_cores())));
+        std::make_unique<LocalTarget>(files, Model(Document{}, context_on_all_cores())));
   auto endpoint = net::parse_endpoint(connect);
   if (!endpoint) return endpoint.error();
   auto server = session::RemoteTarget::connect(*endpoint, clock);

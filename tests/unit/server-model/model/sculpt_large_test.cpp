@@ -20,7 +20,7 @@ std::shared_ptr<SculptSolvers> by_iteration() {
 Model with(std::shared_ptr<SculptSolvers> solvers) {
   ApplyContext context;
   context.sculpt_solvers = std::move(solvers);
-  return Model({}, std::move(context));
+  return Model(Document{}, std::move(context));
 }
 
 class LargeSculpting : public testing::Test {
