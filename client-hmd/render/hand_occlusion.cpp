@@ -143,7 +143,12 @@ void HandOcclusionPass::fullscreen(const GlProgram& program) const {
 }
 
 Status HandOcclusionPass::resize(const Targets& targets, int width_px, int height_px) {
-  if (width_px == width_px_ && height_px == height_px_ && targets.picture() == picture_) return {};
+  if (width_px == width_px_ && height_px == height_px_) {
+    // Of two eyes' pictures each has its turn.
+    if (targets.picture() != picture_) picture_alone_ = make_target(targets.picture(), 0);
+    picture_ = targets.picture();
+    return {};
+  }
   width_px_ = height_px_ = 0;
   film_ = make_texture(GL_RGBA16F, GL_RGBA, width_px, height_px, GL_NEAREST);
   mask_ = make_texture(GL_RG16F, GL_RG, width_px, height_px, GL_LINEAR);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "client-hmd/render/surface_pass.h"
+
 namespace handloft::client {
 namespace {
 

@@ -3,13 +3,16 @@
 // that they can be told apart without it: a profile stroke has light edges, a boundary is dashed, any other
 // curve is a thin plain line.
 
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "client-hmd/mirror/scene.h"
 #include "client-hmd/render/gl.h"
-#include "client-hmd/render/surface_pass.h"
 
 namespace handloft::client {
+
+struct EyeUniforms;  // surface_pass.h
 
 struct RibbonStyle {
   glm::vec3 colour{0.0F};  ///< Linear RGB.

@@ -33,6 +33,9 @@ uniform sampler2D u_opaque_depth;
 uniform sampler2D u_last_depth;
 uniform int u_hand_before;       // There is a filmed hand: what is behind it is not seen.
 uniform sampler2D u_hand_mask;   // Its coverage, and that times its depth.
+uniform int u_behind_veil;       // Surfaces were blended before, and fade what is behind them.
+uniform sampler2D u_veil;        // Light that comes through them, and from which depth on (veil.h).
+uniform vec2 u_depth_terms;      // Of the projection: clip z from eye z.
 
 uniform float u_above;  // Where the eye of the coverage is over the table.
 
@@ -62,11 +65,17 @@ void emit(vec3 colour, float alpha, float eye_depth) {
     float behind = mask.x > 0.004 ? smoothstep(-0.006, 0.006, eye_depth - mask.y / mask.x) : 0.0;
     alpha *= 1.0 - smoothstep(0.15, 0.85, mask.x) * behind;
   }
+  if (u_stage == 1 && u_behind_veil != 0) {
+    // By the near side: a fuzzy point that lies on a surface is before it.
+    float near_side = u_depth_terms.y / (u_depth_terms.x + gl_FragCoord.z * 2.0 - 1.0);
+    vec2 veil = texelFetch(u_veil, ivec2(gl_FragCoord.xy), 0).rg;
+    alpha *= mix(1.0, veil.x, smoothstep(0.0, 0.004, near_side - veil.y));
+  }
   if (alpha < 1.0 / 512.0) discard;
   if (u_stage == 1) {
     float weight = alpha * clamp(exp(-(eye_depth - u_weights.x) / u_weights.y), u_weights.z, u_weights.w);
     out_colour = vec4(colour * weight, alpha);
-    out_weight = vec4(weight);
+    out_weight = vec4(weight, alpha * alpha, alpha * alpha * eye_depth, 0.0);
     return;
   }
   ivec2 pixel = ivec2(gl_FragCoord.xy);

@@ -85,6 +85,9 @@ void set_common_uniforms(const GlProgram& program, const EyeUniforms& eye, Stage
   program.set("u_last_depth", 7);
   program.set("u_hand_before", eye.hand_before ? 1 : 0);
   program.set("u_hand_mask", 8);
+  program.set("u_behind_veil", eye.behind_veil ? 1 : 0);
+  program.set("u_veil", 9);
+  program.set("u_depth_terms", glm::vec2(eye.clip_from_eye[2][2], eye.clip_from_eye[3][2]));
 }
 
 Result<SurfacePass> SurfacePass::create() {

@@ -36,6 +36,7 @@ struct EyeUniforms {
   float focal_px = 1.0F;  ///< Vertical, in pixels of the drawn picture.
   TransparencyWeights weights;
   float above_table_m = 0.0F;  ///< For Stage::coverage: of an eye that looks straight down.
+  bool behind_veil = false;    ///< A veil of surfaces is bound (veil.h).
   bool hand_before = false;    ///< A mask of the filmed hand is bound (hand_occlusion.h).
 };
 
