@@ -6,25 +6,22 @@
 // All calls from the thread of the frame loop, whose OpenGL context it makes current.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "client-hmd/desktop/window.h"
+#include "client-hmd/render/offscreen_context.h"
 #include "client-hmd/view/pinhole.h"
+#include "client-hmd/view/stereo.h"
+#include "common/base/clock.h"
 #include "common/base/result.h"
 
 namespace handloft::client {
 
-/// Pixels of a picture's part, origin top left.
-struct PixelArea {
-  int x_px = 0;
-  int y_px = 0;
-  int width_px = 1;
-  int height_px = 1;
-};
-
 /// One of the pictures that make up a frame.
 struct View {
-  PixelArea area;  ///< Of the whole canvas.
+  PixelArea area;                   ///< Of the whole canvas.
+  std::optional<EyeOptics> optics;  ///< None: a plain picture, through what camera the scene's viewer has.
 };
 
 class Display {
@@ -36,12 +33,21 @@ class Display {
   /// Of the whole canvas; at least 1.
   virtual int width_px() const = 0;
   virtual int height_px() const = 0;
-  /// At least one; the first is the left eye's when there are two.
-  virtual std::vector<View> views() const = 0;
+  /// Of a canvas of that size: at least one; the first is the left eye's when there are two.
+  virtual std::vector<View> views(int width_px, int height_px) = 0;
+  /// Whether anything of it can be seen: false for a window that is minimised or has no size.
+  virtual bool visible() const { return true; }
   /// Shows what was drawn into framebuffer 0, at the next refresh.
   virtual void show() = 0;
-  /// What panels and further input devices belong to; null when nobody looks.
+  /// Time between refreshes; none: nothing refreshes.
+  virtual std::optional<Duration> refresh_period() const { return std::nullopt; }
+  /// What panels and further input devices belong to; null when nobody looks. Another one after renew().
   virtual Window* window() = 0;
+
+  virtual GraphicsState graphics() = 0;
+  /// A new context in place of a lost one, current. Everything that was made in the old one must have been
+  /// let go of before. Errors: as when it was opened.
+  virtual Status renew() = 0;
 };
 
 }  // namespace handloft::client

@@ -14,9 +14,11 @@ class OffscreenDisplay final : public Display {
   WindowInput poll(OrbitCamera& camera) override;
   int width_px() const override { return width_px_; }
   int height_px() const override { return height_px_; }
-  std::vector<View> views() const override;
+  std::vector<View> views(int width_px, int height_px) override;
   void show() override {}
   Window* window() override { return nullptr; }
+  GraphicsState graphics() override { return graphics_state(); }
+  Status renew() override;
 
  private:
   OffscreenDisplay() = default;

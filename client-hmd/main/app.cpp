@@ -4,7 +4,9 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdio>
 
+#include "client-hmd/display/window_display.h"
 #include "client-hmd/main/frame_loop.h"
 #include "client-hmd/main/open_display.h"
 #include "common/net/endpoint.h"
@@ -35,6 +37,12 @@ class EndSignal {
 }  // namespace
 
 Status run_hmd(const HmdOptions& options, const Logger& log) {
+  if (options.monitors) {
+    const Result<std::vector<MonitorInfo>> monitors = list_monitors();
+    if (!monitors) return monitors.error();
+    std::fputs(describe(*monitors).c_str(), stdout);
+    return {};
+  }
   Result<net::Endpoint> model =
       options.model ? Result<net::Endpoint>(*options.model) : net::default_model_endpoint();
   if (!model) return model.error();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client-hmd/view/late_turn.h"
+
 namespace handloft::client {
 namespace {
 
@@ -29,8 +31,21 @@ struct Viewpoint {
   Eye eye;
   TimePoint time;  ///< When everything is where it is drawn.
   std::optional<FilmedPicture> film;
-  glm::mat3 warp{1.0F};
+  std::optional<HeadView> head;
+  int margin_px = 0;
 };
+
+/// The film fills what is shown and the margin about it.
+void look_through_film(const Pinhole& camera, const FrameRequest& request, Viewpoint& view) {
+  Pinhole shown = covering_pinhole(camera, request.width_px, request.height_px);
+  constexpr int rounds = 2;  // A margin enlarges the picture, and that the margin: by less every time.
+  for (int i = 0; i < rounds; ++i) {
+    view.margin_px = margin_for_turn(shown, request.largest_turn_rad);
+    view.eye.pinhole = covering_pinhole(camera, request.width_px + 2 * view.margin_px,
+                                        request.height_px + 2 * view.margin_px);
+    shown = widened(view.eye.pinhole, -view.margin_px);
+  }
+}
 
 std::optional<Viewpoint> film_viewpoint(const FrameRequest& request, const FrameSources& sources,
                                         const TrackingStatus& status) {
@@ -47,18 +62,12 @@ std::optional<Viewpoint> film_viewpoint(const FrameRequest& request, const Frame
   if (!pose) return std::nullopt;
   Viewpoint view;
   view.eye.world_from_eye = eye_from_camera_axes(pose->pose);
-  view.eye.pinhole = covering_pinhole(camera->pinhole, request.width_px, request.height_px);
+  look_through_film(camera->pinhole, request, view);
   view.time = picture->exposure_time;
   auto image = std::make_shared<Image>(Image{picture->width_px, picture->height_px, picture->rgba});
   view.film = FilmedPicture{std::move(image), picture->serial, camera->pinhole};
-  if (request.late_warp) {
-    const std::optional<PoseAnswer> then = sources.tracking->head_at(picture->exposure_time);
-    const std::optional<PoseAnswer> shown = sources.tracking->head_at(request.display_time);
-    if (then && shown) {
-      const glm::dquat turned = shown->pose.orientation * glm::conjugate(then->pose.orientation);
-      const glm::dquat& drawn = view.eye.world_from_eye.orientation;
-      view.warp = glm::mat3(rotation_warp(view.eye.pinhole, drawn, turned * drawn));
-    }
+  if (const std::optional<PoseAnswer> head = sources.tracking->head_at(view.time)) {
+    view.head = HeadView{view.time, head->pose};
   }
   return view;
 }
@@ -71,7 +80,10 @@ Viewpoint choose_viewpoint(const FrameRequest& request, const FrameSources& sour
     if (std::optional<Viewpoint> film = film_viewpoint(request, sources, status)) return std::move(*film);
     if (const std::optional<PoseAnswer> head = sources.tracking->head_at(request.display_time)) {
       view.eye.world_from_eye = head->pose;
-      view.eye.pinhole = centred_pinhole(request.width_px, request.height_px, head_fov_y_rad);
+      const Pinhole shown = centred_pinhole(request.width_px, request.height_px, head_fov_y_rad);
+      view.margin_px = margin_for_turn(shown, request.largest_turn_rad);
+      view.eye.pinhole = widened(shown, view.margin_px);
+      view.head = HeadView{view.time, head->pose};
       return view;
     }
   }
@@ -227,7 +239,8 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   frame.scene = sources.model->scene;
   frame.eye = view.eye;
   frame.film = std::move(view.film);
-  frame.warp = view.warp;
+  frame.head = view.head;
+  frame.margin_px = view.margin_px;
   frame.distances = request.distances;
   frame.shading = request.shading;
   frame.palette_page = palette_page(*sources.model);

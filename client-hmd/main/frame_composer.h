@@ -30,8 +30,7 @@ struct FrameRequest {
   int height_px = 0;
   TimePoint now;
   TimePoint display_time;
-  /// Rotate the finished picture to the display time; not for pictures that are kept.
-  bool late_warp = false;
+  double largest_turn_rad = 0.0;  ///< That the finished picture will be turned by; 0: pictures that are kept.
   std::optional<DistanceScale> distances;  ///< Show those of shapes to references.
   Shading shading = Shading::studio;
   HandOcclusion hand_occlusion = HandOcclusion::on;

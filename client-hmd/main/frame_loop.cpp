@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <thread>
+#include <tuple>
 
 namespace handloft::client {
 namespace {
@@ -11,6 +13,10 @@ constexpr int still_supersampling = 2;
 
 int scaled(int pixels, double scale) {
   return std::max(1, static_cast<int>(std::lround(pixels * scale)));
+}
+
+double film_depth_m(const HmdOptions& options) {
+  return options.film_depth_m > 0.0 ? options.film_depth_m : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -25,6 +31,7 @@ FrameLoop::FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer>
     : parts_(std::move(parts)),
       log_(std::move(log)),
       renderer_(std::move(renderer)),
+      presenter_({.turn = {}, .film_depth_m = film_depth_m(parts_.options)}),
       view_(parts_.options),
       desktop_(parts_.options),
       pictures_(parts_.options, log_, parts_.clock.now()),
@@ -48,11 +55,24 @@ Status FrameLoop::step() {
   fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(),
            offscreen() ? Fitting::follow : Fitting::once);
 
-  const Frame frame = compose(begin, sources, Purpose::frame);
-  const RenderOptions rendering;
-  const Status drawn =
-      offscreen() ? renderer_->draw_offscreen(frame, rendering) : renderer_->draw(frame, rendering);
-  if (!drawn) return drawn;
+  if (parts_.display.graphics() == GraphicsState::lost) {
+    if (const Status renewed = renew_graphics(); !renewed) return renewed;
+  }
+  // Frames that nobody sees are drawn smaller than the stills.
+  Canvas canvas = canvas_of(offscreen() ? parts_.options.offscreen_scale : 1.0);
+  if (offscreen()) {
+    const Result<unsigned> own = renderer_->own_canvas(canvas.width_px, canvas.height_px);
+    if (!own) return own.error();
+    canvas.target = *own;
+  }
+  const LastTurn turn = offscreen() ? LastTurn::none : LastTurn::to_display;
+  const Frame frame = compose(begin, sources, canvas, turn);
+  if (const Status drawn = presenter_.draw(*renderer_, frame, canvas, {}, turn); !drawn) return drawn;
+  std::optional<PoseAnswer> shown;
+  if (turn == LastTurn::to_display && sources.tracking != nullptr) {
+    shown = sources.tracking->head_at(parts_.clock.now() + parts_.options.display_latency);
+  }
+  if (const Status done = presenter_.present(*renderer_, canvas, shown); !done) return done;
   if (Window* window = parts_.display.window(); window != nullptr && parts_.over_picture) {
     parts_.over_picture({*window, sources, frame, view_});
   }
@@ -79,17 +99,33 @@ void FrameLoop::handle_input() {
   if (wishes.screenshot) pictures_.save_numbered([this] { return still(); });
 }
 
-Frame FrameLoop::compose(TimePoint now, const FrameSources& sources, Purpose purpose) {
-  // Frames that nobody sees are drawn smaller than the stills.
-  const double scale = offscreen() && purpose == Purpose::frame ? parts_.options.offscreen_scale : 1.0;
+Status FrameLoop::renew_graphics() {
+  log_.warning("the graphics card was reset: drawing everything anew");
+  renderer_.reset();  // Its objects went with the context.
+  if (const Status renewed = parts_.display.renew(); !renewed) return renewed;
+  Result<std::unique_ptr<Renderer>> renderer = Renderer::create();
+  if (!renderer) return renderer.error();
+  renderer_ = std::move(*renderer);
+  ++figures_.graphics_resets;
+  return {};
+}
+
+Canvas FrameLoop::canvas_of(double scale) {
+  Canvas canvas;
+  canvas.width_px = scaled(parts_.display.width_px(), scale);
+  canvas.height_px = scaled(parts_.display.height_px(), scale);
+  canvas.views = parts_.display.views(canvas.width_px, canvas.height_px);
+  return canvas;
+}
+
+Frame FrameLoop::compose(TimePoint now, const FrameSources& sources, const Canvas& canvas, LastTurn turn) {
   FrameRequest request;
   request.camera = view_.camera;
-  request.width_px = scaled(parts_.display.width_px(), scale);
-  request.height_px = scaled(parts_.display.height_px(), scale);
+  std::tie(request.width_px, request.height_px) = Presenter::picture_size(canvas);
   request.orbit = view_.orbit;
   request.now = now;
   request.display_time = now + parts_.options.display_latency;
-  request.late_warp = purpose == Purpose::frame && !offscreen();
+  request.largest_turn_rad = presenter_.largest_turn_rad(turn);
   request.distances = view_.distances;
   request.shading = view_.shading;
   request.latency_ms = parts_.feeds.latency_ms();
@@ -106,7 +142,16 @@ Result<Image> FrameLoop::still() {
   if (offscreen()) {
     fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(), Fitting::follow);
   }
-  return renderer_->draw_to_image(compose(parts_.clock.now(), sources, Purpose::still), rendering);
+  Canvas canvas = canvas_of(1.0);
+  const Result<unsigned> own = renderer_->own_canvas(canvas.width_px, canvas.height_px);
+  if (!own) return own.error();
+  canvas.target = *own;
+  const Frame frame = compose(parts_.clock.now(), sources, canvas, LastTurn::none);
+  if (const Status drawn = presenter_.draw(*renderer_, frame, canvas, rendering, LastTurn::none); !drawn) {
+    return drawn.error();
+  }
+  if (const Status done = presenter_.present(*renderer_, canvas, std::nullopt); !done) return done.error();
+  return renderer_->read_canvas();
 }
 
 void FrameLoop::count_frame(TimePoint begin, const ModelState& model) {

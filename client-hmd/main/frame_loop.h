@@ -1,9 +1,9 @@
 #pragma once
 // The frame loop (V5): input, what is new, picture, display; it waits for the display's refresh and for
-// nothing else. In this order, each in a place of its own: desktop_link.h makes events into a hand and a
-// camera,
-// frame_composer.h decides what the frame shows, the renderer draws it, `over_picture` draws panels over it,
-// pictures.h takes what is asked for.
+// nothing else. In this order, each in a place of its own: desktop_link.h makes input events into a hand and
+// a camera, frame_composer.h decides what the frame shows, presenter.h draws it for every view,
+// `over_picture` draws panels over it, pictures.h takes what is asked for. A graphics card that was reset is
+// given everything anew: the scene is still in the mirror.
 
 #include <functional>
 
@@ -11,6 +11,7 @@
 #include "client-hmd/main/feeds.h"
 #include "client-hmd/main/desktop_link.h"
 #include "client-hmd/main/pictures.h"
+#include "client-hmd/main/presenter.h"
 #include "client-hmd/main/report.h"
 #include "client-hmd/render/renderer.h"
 
@@ -47,12 +48,13 @@ class FrameLoop {
   RunFigures figures() const;
 
  private:
-  enum class Purpose { frame, still };
   FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer> renderer);
 
   Status step();
   void handle_input();
-  Frame compose(TimePoint now, const FrameSources& sources, Purpose purpose);
+  Status renew_graphics();
+  Canvas canvas_of(double scale);
+  Frame compose(TimePoint now, const FrameSources& sources, const Canvas& canvas, LastTurn turn);
   Result<Image> still();
   void count_frame(TimePoint begin, const ModelState& model);
   void pace(TimePoint begin) const;
@@ -61,6 +63,7 @@ class FrameLoop {
   FrameLoopParts parts_;
   Logger log_;
   std::unique_ptr<Renderer> renderer_;
+  Presenter presenter_;
   ViewState view_;
   DesktopLink desktop_;
   Pictures pictures_;

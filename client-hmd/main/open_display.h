@@ -7,8 +7,9 @@
 
 namespace handloft::client {
 
-/// A window where there is a display server and nobody asked for less; else offscreen, with lowered priority.
-/// Errors: unsupported when not even that can be had.
+/// A window, or the whole of a monitor, where there is a display server and nobody asked for less; else
+/// offscreen, with lowered priority. With two views if asked for. Errors: unsupported when not even that can
+/// be had; those of read_hmd_calibration().
 Result<std::unique_ptr<Display>> open_display(const HmdOptions& options, const Logger& log);
 
 }  // namespace handloft::client

@@ -55,6 +55,16 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("model", model, "The model server; default: this user's own", {.value_name = "ENDPOINT"});
   table.add("tracking", tracking, "The tracking daemon; default: none", {.value_name = "ENDPOINT"});
   table.add("offscreen", options.offscreen, "Draw without a window (also when there is no display)");
+  table.add("stereo", options.stereo, "Draw a view for each eye, side by side, as a headset needs it");
+  table.add("hmd", options.hmd,
+            "What the headset is like (deploy/config/hmd.toml); default: two plain halves",
+            {.value_name = "FILE.toml"});
+  table.add("monitor", options.monitor, "Cover this monitor, borderless; see --monitors",
+            {.value_name = "NAME|N"});
+  table.add("monitors", options.monitors, "List the monitors and end");
+  table.add("film_depth", options.film_depth_m,
+            "With --stereo: how far before its camera the film is taken to be; 0: infinitely far",
+            {.min = 0, .max = 100, .value_name = "M"});
   table.add("size", size, "Size of the picture", {.value_name = "WIDTHxHEIGHT"});
   table.add("camera", camera, "Where to look from", {.choices = {"orbit", "head"}});
   table.add("view", view,

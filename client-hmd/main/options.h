@@ -28,6 +28,11 @@ struct HmdOptions {
   std::optional<net::Endpoint> model;     ///< Absent: the default endpoint.
   std::optional<net::Endpoint> tracking;  ///< Absent: no tracking.
   bool offscreen = false;
+  bool stereo = false;                 ///< A view for each eye, side by side.
+  std::string hmd;                     ///< Path of a headset's calibration; empty: two plain halves.
+  std::optional<std::string> monitor;  ///< Name or number of the one to cover; absent: a window.
+  bool monitors = false;               ///< List them, and end.
+  double film_depth_m = 0.5;           ///< Where the film is taken to be for two eyes; 0: infinitely far.
   int width_px = 1280;
   int height_px = 720;
   std::string screenshot;  ///< Path of a PNG; empty: none.

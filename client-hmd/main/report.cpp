@@ -36,6 +36,7 @@ std::string report_json(const RunFigures& figures) {
       {"size_px", {figures.width_px, figures.height_px}},
       {"seconds", figures.seconds},
       {"frames", frames},
+      {"graphics_resets", figures.graphics_resets},
       {"frame_ms", summary(figures.frame_time)},
       {"capture_to_client_ms", summary(figures.model.capture_to_receipt)},
       {"capture_to_presentation_ms", summary(figures.capture_to_presentation)},

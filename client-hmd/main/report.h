@@ -14,6 +14,7 @@ struct RunFigures {
   int width_px = 0;
   int height_px = 0;
   double seconds = 0.0;
+  std::uint64_t graphics_resets = 0;  ///< Of the card, survived.
   LatencyHistogram frame_time;  ///< From the start of a frame to its being drawn.
   LatencyHistogram
       capture_to_presentation;  ///< From the exposure that shaped the scene to the frame that first shows it.

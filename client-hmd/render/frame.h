@@ -15,6 +15,7 @@
 #include "client-hmd/render/image.h"
 #include "client-hmd/render/look.h"
 #include "client-hmd/view/pinhole.h"
+#include "common/base/clock.h"
 #include "common/base/table_palette.h"
 
 namespace handloft::client {
@@ -24,6 +25,15 @@ struct FilmedPicture {
   std::shared_ptr<const Image> image;
   std::uint64_t serial = 0;  ///< Another number: another picture, to be uploaded again.
   Pinhole camera;            ///< With distortion.
+  /// Homogeneous, y down: direction in the camera's frame from direction in the eye's. The identity where the
+  /// eye is the camera; for an eye beside it see film_seen_from() (view/stereo.h).
+  glm::mat3 camera_from_eye{1.0F};
+};
+
+/// The head through whose eyes a frame is seen: what the last turn to the display time needs (V1).
+struct HeadView {
+  TimePoint time;             ///< When everything is where it is drawn.
+  RigidPose world_from_head;  ///< At that time.
 };
 
 /// One fingertip of the cursor.
@@ -127,7 +137,10 @@ struct Frame {
   std::optional<FilmedHand> filmed_hand;  ///< With film: where our own hand is in it.
   HandOcclusion hand_occlusion = HandOcclusion::on;
   Overlay overlay;
-  glm::mat3 warp{1.0F};  ///< rotation_warp(): drawn pixel from display pixel.
+  std::optional<HeadView> head;  ///< None: the orbiting camera looks.
+  /// Drawn beyond what is shown, on each side, so that the last turn has something to show: the eye's pinhole
+  /// has it, the overlay does not.
+  int margin_px = 0;
 };
 
 }  // namespace handloft::client

@@ -11,6 +11,7 @@
 #include "client-hmd/render/hand_occlusion.h"
 #include "client-hmd/render/icon_pass.h"
 #include "client-hmd/render/mark_pass.h"
+#include "client-hmd/render/present_pass.h"
 #include "client-hmd/render/stage_pass.h"
 #include "client-hmd/render/targets.h"
 
@@ -36,40 +37,6 @@ uniform sampler2D u_sum;
 void main() { out_colour = texelFetch(u_sum, ivec2(gl_FragCoord.xy), 0); }
 )glsl";
 
-// Averages the samples of a pixel, warps, and encodes as sRGB.
-constexpr std::string_view present_glsl = R"glsl(
-in vec2 uv;
-layout(location = 0) out vec4 out_colour;
-uniform sampler2D u_picture;
-uniform mat3 u_warp;
-uniform vec2 u_output_px;
-uniform int u_samples;
-vec3 encode(vec3 linear) {
-  vec3 c = clamp(linear, 0.0, 1.0);
-  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(vec3(0.0031308), c));
-}
-// Leaves values below 0.75 as they are and rolls off what is brighter, so that highlights keep their shape.
-vec3 shoulder(vec3 c) {
-  vec3 above = max(c - 0.75, 0.0);
-  return min(c, 0.75) + 0.25 * (1.0 - exp(-above / 0.25));
-}
-void main() {
-  vec2 pixel = vec2(uv.x, 1.0 - uv.y) * u_output_px - 0.5;
-  vec3 drawn = u_warp * vec3(pixel, 1.0);
-  vec2 source = (drawn.xy / drawn.z + 0.5) / u_output_px;
-  source.y = 1.0 - source.y;
-  vec3 sum = vec3(0.0);
-  vec2 step_uv = 1.0 / (u_output_px * float(u_samples));
-  for (int y = 0; y < u_samples; ++y) {
-    for (int x = 0; x < u_samples; ++x) {
-      vec2 offset = (vec2(x, y) - 0.5 * float(u_samples - 1)) * step_uv;
-      sum += shoulder(texture(u_picture, source + offset).rgb);
-    }
-  }
-  out_colour = vec4(encode(sum / float(u_samples * u_samples)), 1.0);
-}
-)glsl";
-
 }  // namespace
 
 struct Renderer::Implementation {
@@ -84,10 +51,20 @@ struct Renderer::Implementation {
   FlatPass flat;
   GlProgram resolve;
   GlProgram copy;
-  GlProgram present;
+  PresentPass presenting;
   GlVertexArray no_vertices;
+  /// What a slot's picture is like, once there is one.
+  struct Composed {
+    glm::vec2 size_px{0.0F};
+    int samples = 0;
+    std::optional<CurvatureView> legend;  ///< With its range, when it shows curvature.
+  };
+  std::array<Composed, 2> composed;
+  PictureSlot slot = PictureSlot::only;  ///< Whose targets `targets` are.
   Targets targets;
-  OutputTarget output;
+  Targets other_targets;
+  OutputTarget overlay_layer;
+  OutputTarget canvas;
   std::shared_ptr<const Scene> resident = std::make_shared<const Scene>();
 
   void fullscreen(const GlProgram& program) const {
@@ -182,7 +159,14 @@ struct Renderer::Implementation {
     glDisable(GL_BLEND);
   }
 
-  Status draw(const Frame& frame, const RenderOptions& options, unsigned target) {
+  void select(PictureSlot wanted) {
+    if (wanted != slot) std::swap(targets, other_targets);
+    slot = wanted;
+  }
+
+  Status draw_scene(const Frame& frame, const RenderOptions& options, PictureSlot into) {
+    select(into);
+    composed[static_cast<std::size_t>(into)] = {};
     const Pinhole& pinhole = frame.eye.pinhole;
     if (const Status good = check_pinhole(pinhole); !good) return good.error();
     const int samples = std::clamp(options.supersampling, 1, 4);
@@ -249,25 +233,39 @@ struct Renderer::Implementation {
     flat.draw_labels(ghost_labels(frame.ghosts, eye), eye);
     marks.draw_cursor(frame, eye);
 
-    glBindFramebuffer(GL_FRAMEBUFFER, target);
-    glViewport(0, 0, pinhole.width_px, pinhole.height_px);
-    glDisable(GL_DEPTH_TEST);
-    bind_texture(0, GL_TEXTURE_2D, targets.picture());
-    present.use();
-    present.set("u_picture", 0);
-    present.set("u_warp", frame.warp);
-    present.set("u_output_px", glm::vec2(pinhole.width_px, pinhole.height_px));
-    present.set("u_samples", samples);
-    fullscreen(present);
+    Composed& done = composed[static_cast<std::size_t>(into)];
+    done = {glm::vec2(pinhole.width_px, pinhole.height_px), samples, std::nullopt};
     if (frame.shading == Shading::curvature) {
-      Overlay overlay = frame.overlay;
-      add_curvature_legend(frame.curvature.kind, surfaces.curvature_range(),
-                           scene_colours(ColourScheme::normal).curvature, pinhole.width_px,
-                           pinhole.height_px, overlay);
-      flat.draw_overlay(overlay, pinhole.width_px, pinhole.height_px);
-    } else {
-      flat.draw_overlay(frame.overlay, pinhole.width_px, pinhole.height_px);
+      done.legend = CurvatureView{frame.curvature.kind, surfaces.curvature_range()};
     }
+    return {};
+  }
+
+  Status present(const Presentation& how, const Overlay& asked, PictureSlot from, unsigned target) {
+    select(from);
+    const Composed& picture = composed[static_cast<std::size_t>(from)];
+    if (picture.samples == 0) return make_error(ErrorCode::failed_precondition, "nothing was drawn yet");
+    Overlay overlay = asked;
+    if (picture.legend) {
+      const auto [width, height] = how.lens == nullptr ? std::pair{how.area.width_px, how.area.height_px}
+                                                       : std::pair{how.shown.width_px, how.shown.height_px};
+      add_curvature_legend(picture.legend->kind, picture.legend->range_per_m,
+                           scene_colours(ColourScheme::normal).curvature, width, height, overlay);
+    }
+    FinishedPicture finished{targets.picture(), picture.size_px, picture.samples, 0};
+    const bool over_lens = how.lens != nullptr && !(overlay.panels.empty() && overlay.texts.empty());
+    if (over_lens) {
+      if (const Status sized = overlay_layer.resize(how.shown.width_px, how.shown.height_px); !sized) {
+        return sized.error();
+      }
+      overlay_layer.clear();
+      glViewport(0, 0, how.shown.width_px, how.shown.height_px);
+      flat.draw_overlay(overlay, how.shown.width_px, how.shown.height_px);
+      finished.overlay = overlay_layer.texture();
+    }
+    glBindFramebuffer(GL_FRAMEBUFFER, target);
+    presenting.draw(finished, how);
+    if (how.lens == nullptr) flat.draw_overlay(overlay, how.area.width_px, how.area.height_px);
     return {};
   }
 };
@@ -290,16 +288,14 @@ Result<std::unique_ptr<Renderer>> Renderer::create() {
   const std::array vertex{fullscreen_vertex_glsl};
   const std::array resolve{resolve_glsl};
   const std::array copy{copy_glsl};
-  const std::array present{present_glsl};
   for (const Status& made :
        {take(StagePass::create(), parts->stage), take(SurfacePass::create(), parts->surfaces),
         take(PointPass::create(), parts->points), take(MarkPass::create(), parts->marks),
         take(GesturePass::create(), parts->gestures), take(IconPass::create(), parts->icons),
         take(GhostPass::create(), parts->ghosts), take(HandOcclusionPass::create(), parts->hand),
-        take(FlatPass::create(), parts->flat),
+        take(FlatPass::create(), parts->flat), take(PresentPass::create(), parts->presenting),
         take(GlProgram::build("resolve", vertex, resolve), parts->resolve),
-        take(GlProgram::build("copy", vertex, copy), parts->copy),
-        take(GlProgram::build("present", vertex, present), parts->present)}) {
+        take(GlProgram::build("copy", vertex, copy), parts->copy)}) {
     if (!made) return made.error();
   }
   parts->no_vertices = GlVertexArray::create();
@@ -307,20 +303,36 @@ Result<std::unique_ptr<Renderer>> Renderer::create() {
   return std::unique_ptr<Renderer>(new Renderer(std::move(parts)));
 }
 
-Status Renderer::draw(const Frame& frame, const RenderOptions& options, unsigned target) {
-  return implementation_->draw(frame, options, target);
+Status Renderer::draw_scene(const Frame& frame, const RenderOptions& options, PictureSlot slot) {
+  return implementation_->draw_scene(frame, options, slot);
+}
+
+Status Renderer::present(const Presentation& how, const Overlay& overlay, PictureSlot slot, unsigned target) {
+  return implementation_->present(how, overlay, slot, target);
+}
+
+void Renderer::clear(unsigned target) {
+  glBindFramebuffer(GL_FRAMEBUFFER, target);
+  glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
+  glClear(GL_COLOR_BUFFER_BIT);
+}
+
+Result<unsigned> Renderer::own_canvas(int width_px, int height_px) {
+  if (const Status sized = implementation_->canvas.resize(width_px, height_px); !sized) return sized.error();
+  implementation_->canvas.clear();
+  return implementation_->canvas.framebuffer();
+}
+
+Image Renderer::read_canvas() const {
+  return implementation_->canvas.read();
 }
 
 Status Renderer::draw_offscreen(const Frame& frame, const RenderOptions& options) {
-  const Pinhole& pinhole = frame.eye.pinhole;
-  if (const Status good = check_pinhole(pinhole); !good) return good.error();
-  if (const Status sized = implementation_->output.resize(pinhole.width_px, pinhole.height_px); !sized) {
-    return sized.error();
-  }
-  if (const Status drawn = implementation_->draw(frame, options, implementation_->output.framebuffer());
-      !drawn) {
-    return drawn.error();
-  }
+  if (const Status drawn = draw_scene(frame, options); !drawn) return drawn;
+  const Presentation how = whole_picture(frame);
+  const Result<unsigned> canvas = own_canvas(how.area.width_px, how.area.height_px);
+  if (!canvas) return canvas.error();
+  if (const Status shown = present(how, frame.overlay, PictureSlot::only, *canvas); !shown) return shown;
   glFinish();  // The frame counts when it is there, not when it is queued.
   return {};
 }
@@ -329,19 +341,7 @@ Result<Image> Renderer::draw_to_image(const Frame& frame, const RenderOptions& o
   RenderOptions still = options;
   still.curvatures = Curvatures::awaited;  // Nobody waits for the next frame.
   if (const Status drawn = draw_offscreen(frame, still); !drawn) return drawn.error();
-  Image image{frame.eye.pinhole.width_px, frame.eye.pinhole.height_px, {}};
-  const std::size_t row = 4 * static_cast<std::size_t>(image.width_px);
-  std::vector<std::uint8_t> upside_down(row * static_cast<std::size_t>(image.height_px));
-  glBindFramebuffer(GL_FRAMEBUFFER, implementation_->output.framebuffer());
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, image.width_px, image.height_px, GL_RGBA, GL_UNSIGNED_BYTE, upside_down.data());
-  image.rgba.reserve(upside_down.size());
-  for (std::size_t y = static_cast<std::size_t>(image.height_px); y-- > 0;) {
-    const auto begin = upside_down.begin() + static_cast<std::ptrdiff_t>(y * row);
-    image.rgba.insert(image.rgba.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
-  }
-  for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
-  return image;
+  return read_canvas();
 }
 
 float Renderer::measure_text(std::string_view utf8) const {

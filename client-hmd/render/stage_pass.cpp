@@ -43,9 +43,11 @@ uniform vec4 u_camera;        // fx fy cx cy of the camera
 uniform vec2 u_camera_px;
 uniform vec4 u_distortion;    // k1 k2 p1 p2
 uniform float u_k3;
+uniform mat3 u_camera_from_eye;
 void main() {
   vec2 pixel = vec2(uv.x, 1.0 - uv.y) * u_output_px - 0.5;
-  vec2 p = (pixel - u_pinhole.zw) / u_pinhole.xy;
+  vec3 ray = u_camera_from_eye * vec3((pixel - u_pinhole.zw) / u_pinhole.xy, 1.0);
+  vec2 p = ray.xy / max(ray.z, 1e-4);
   float r2 = dot(p, p);
   float radial = 1.0 + r2 * (u_distortion.x + r2 * (u_distortion.y + r2 * u_k3));
   vec2 bent = p * radial + vec2(2.0 * u_distortion.z * p.x * p.y + u_distortion.w * (r2 + 2.0 * p.x * p.x),
@@ -294,6 +296,7 @@ void StagePass::draw_background(const Frame& frame) {
   const Pinhole& camera = film.camera;
   film_.use();
   film_.set("u_film", 0);
+  film_.set("u_camera_from_eye", film.camera_from_eye);
   film_.set("u_output_px", size);
   film_.set("u_pinhole", glm::vec4(out.fx_px, out.fy_px, out.cx_px, out.cy_px));
   film_.set("u_camera", glm::vec4(camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px));

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "client-hmd/render/gl.h"
+#include "client-hmd/render/image.h"
 
 namespace handloft::client {
 
@@ -44,8 +45,14 @@ class Targets {
 /// An 8-bit picture of the output's size, for drawing without a window.
 class OutputTarget {
  public:
+  /// Errors: resource_exhausted when the card refuses the size.
   Status resize(int width_px, int height_px);
+  /// Binds it and makes it black and transparent.
+  void clear() const;
+  /// Rows from the top, opaque.
+  Image read() const;
   GLuint framebuffer() const { return target_.id(); }
+  GLuint texture() const { return colour_.id(); }
 
  private:
   int width_px_ = 0;

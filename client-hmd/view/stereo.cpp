@@ -1,5 +1,6 @@
 #include "client-hmd/view/stereo.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
@@ -7,6 +8,26 @@ namespace handloft::client {
 
 EyeOptics eye_optics(const EyeCalibration& eye) {
   return {eye.head_from_eye, undistorted_pinhole(eye), std::make_shared<const LensMesh>(lens_mesh(eye))};
+}
+
+std::pair<int, int> overlay_size(std::span<const EyeOptics> eyes) {
+  constexpr double clear_share = 0.75;
+  double across = 16384.0;
+  double down = 16384.0;
+  for (const EyeOptics& eye : eyes) {
+    const Pinhole& p = eye.shown;
+    across = std::min({across, p.cx_px + 0.5, p.width_px - 0.5 - p.cx_px});
+    down = std::min({down, p.cy_px + 0.5, p.height_px - 0.5 - p.cy_px});
+  }
+  const auto side = [](double half) {
+    return std::max(1, static_cast<int>(std::lround(2.0 * clear_share * half)));
+  };
+  return {side(across), side(down)};
+}
+
+glm::dvec2 overlay_corner(const EyeOptics& eye, int width_px, int height_px, double depth_m) {
+  const double beside_px = -eye.head_from_eye.position.x / depth_m * eye.shown.fx_px;
+  return {eye.shown.cx_px + 0.5 + beside_px - 0.5 * width_px, eye.shown.cy_px + 0.5 - 0.5 * height_px};
 }
 
 RigidPose compose(const RigidPose& world_from_body, const RigidPose& body_from_part) {

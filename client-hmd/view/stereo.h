@@ -3,6 +3,8 @@
 
 #include <glm/glm.hpp>
 #include <memory>
+#include <span>
+#include <utility>
 
 #include "client-hmd/view/hmd_calibration.h"
 #include "client-hmd/view/lens_mesh.h"
@@ -18,6 +20,12 @@ struct EyeOptics {
 
 /// For a calibration that is scaled to its canvas.
 EyeOptics eye_optics(const EyeCalibration& eye);
+
+/// Width and height of an overlay that all these eyes see about straight ahead, in pixels of the first's
+/// picture: part of the common field of view, since lenses blur what is beside it.
+std::pair<int, int> overlay_size(std::span<const EyeOptics> eyes);
+/// Where in the eye's picture the overlay's top left corner is, so that both eyes see it `depth_m` away.
+glm::dvec2 overlay_corner(const EyeOptics& eye, int width_px, int height_px, double depth_m);
 
 /// Pose of what is fixed to something that moves.
 RigidPose compose(const RigidPose& world_from_body, const RigidPose& body_from_part);
