@@ -186,7 +186,10 @@ Document Model::preview() const {
                                       [&](const std::string& entity) { return shown.contains(entity); });
       shown.insert(changed.begin(), changed.end());
       if (strokes && shared) {
-        if (auto both = apply(document, gesture.operation(), context_)) {
+        // Without a new fit, which would be another one with every look: the other gesture's stays.
+        v1::Operation laid = gesture.operation();
+        laid.mutable_add_points()->set_refit(false);
+        if (auto both = apply(document, laid, context_)) {
           document = std::move(both->document);
           continue;
         }

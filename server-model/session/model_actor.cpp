@@ -30,6 +30,13 @@ bool reads_files(const v1::Operation& operation) {
          (!operation.import_strokes().path().empty() || operation.import_strokes().resolved().empty());
 }
 
+/// As much of a name as looks like one: it goes back to its sender.
+std::string shown_name(const std::string& name) {
+  constexpr std::size_t longest = 64;
+  const auto end = std::find_if(name.begin(), name.end(), [](char c) { return c < ' ' || c > '~'; });
+  return name.substr(0, std::min(longest, static_cast<std::size_t>(end - name.begin())));
+}
+
 }  // namespace
 
 ModelActor::ModelActor(model::Model initial, ActorOptions options, ActorEvents events, const Clock& clock,
@@ -173,9 +180,8 @@ void ModelActor::on_command(const HandOwner& owner, const v1::HandCommand& comma
                             const std::function<void(Result<Outcome>)>& done) {
   const auto known = palette_command_named(command.command());
   if (!known) {
-    constexpr std::size_t shown = 64;
     done(make_error(ErrorCode::invalid_argument,
-                    "found \"" + command.command().substr(0, shown) + "\", expected a command of the palette",
+                    "found \"" + shown_name(command.command()) + "\", expected a command of the palette",
                     "hand_command.command"));
     return;
   }

@@ -52,7 +52,7 @@ Result<std::vector<net::Endpoint>> endpoints_of(const ServeOptions& options) {
 
 /// The model as the script leaves it; a failing line is an error that names it.
 Result<model::Model> scripted_model(const ServeOptions& options) {
-  model::LocalTarget target(options.files, model::Model({}, model::context_on_all_cores()));
+  model::LocalTarget target(options.files, model::Model(model::Document(), model::context_on_all_cores()));
   if (options.script.empty()) return std::move(target).take_model();
   std::ifstream file(options.script, std::ios::binary);
   if (!file) return make_error(ErrorCode::io, "cannot open \"" + options.script + "\"", "script");
