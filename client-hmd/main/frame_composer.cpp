@@ -243,6 +243,11 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   frame.margin_px = view.margin_px;
   frame.distances = request.distances;
   frame.shading = request.shading;
+  frame.curvature = request.curvature;
+  frame.overlays = request.overlays;
+  frame.edges = request.edges;
+  frame.surroundings = request.surroundings;
+  frame.control_nets = sources.model->control_nets;
   frame.palette_page = palette_page(*sources.model);
   if (tracking.hand) {
     const auto fingers = sources.tracking->fingers_at(view.time);
@@ -259,7 +264,9 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
       return linear_rgb(user_colour(client, request.colours));
     });
   }
-  frame.overlay = layout_hud(status, request.width_px, request.height_px, measure);
+  if (request.surroundings == Surroundings::workplace) {
+    frame.overlay = layout_hud(status, request.width_px, request.height_px, measure);
+  }
   return frame;
 }
 

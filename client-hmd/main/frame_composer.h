@@ -33,6 +33,10 @@ struct FrameRequest {
   double largest_turn_rad = 0.0;  ///< That the finished picture will be turned by; 0: pictures that are kept.
   std::optional<DistanceScale> distances;  ///< Show those of shapes to references.
   Shading shading = Shading::studio;
+  CurvatureView curvature;
+  SurfaceOverlays overlays;
+  SurfaceEdges edges = SurfaceEdges::soft;
+  Surroundings surroundings = Surroundings::workplace;
   HandOcclusion hand_occlusion = HandOcclusion::on;
   ColourScheme colours = ColourScheme::normal;  ///< Of people.
   double latency_ms = 0.0;  ///< Capture to client, median; 0: unknown.

@@ -128,6 +128,12 @@ Frame FrameLoop::compose(TimePoint now, const FrameSources& sources, const Canva
   request.largest_turn_rad = presenter_.largest_turn_rad(turn);
   request.distances = view_.distances;
   request.shading = view_.shading;
+  request.curvature = view_.curvature;
+  request.overlays = view_.overlays;
+  request.edges = view_.edges;
+  request.surroundings = view_.surroundings;
+  parts_.feeds.model().want_control_nets(view_.overlays.control_nets ? ControlNetWish::shown
+                                                                     : ControlNetWish::hidden);
   request.latency_ms = parts_.feeds.latency_ms();
   Frame frame = compose_frame(request, sources,
                               [this](std::string_view text) { return renderer_->measure_text(text); });
@@ -138,6 +144,7 @@ Frame FrameLoop::compose(TimePoint now, const FrameSources& sources, const Canva
 Result<Image> FrameLoop::still() {
   RenderOptions rendering;
   rendering.supersampling = still_supersampling;
+  rendering.curvatures = Curvatures::awaited;
   const FrameSources sources = parts_.feeds.newest();
   if (offscreen()) {
     fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(), Fitting::follow);

@@ -47,8 +47,10 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   ParsedOptions parsed;
   HmdOptions& options = parsed.options;
   std::string model, tracking, size = "1280x720", when = "end", camera = "orbit", view = "table",
-                               shading = "studio";
+                               shading = "studio", curvature = "mean", overlay = "none", edges = "soft",
+                               surroundings = "workplace";
   double duration_s = 0.0;
+  double curvature_range_per_m = 0.0;
   double display_latency_ms = 16.0;
 
   OptionTable table("handloft-hmd", "Shows a Handloft scene: in a window, or offscreen into a picture.");
@@ -81,7 +83,22 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
       "shading", shading,
       "How surfaces look: lit as in a studio, or with the mirrored stripes that show how smooth they are "
       "(in a window: key Z)",
-      {.choices = {"studio", "zebra"}});
+      {.choices = {"studio", "clay", "car-paint", "silver", "zebra", "curvature"}});
+  table.add("curvature", curvature, "Which curvature --shading curvature shows",
+            {.choices = {"mean", "gaussian", "largest", "smallest"}});
+  table.add("curvature_range", curvature_range_per_m,
+            "Curvature at the ends of the colours; 0: so that 95 % of what is seen lies within",
+            {.min = 0, .max = 1e6, .value_name = "1/M"});
+  table.add("overlay", overlay, "Lines over surfaces: wires, net, isophotes, or several with commas",
+            {.value_name = "LINES"});
+  table.add("edges", edges, "Surfaces with their falloff, or cut off where an export is",
+            {.choices = {"soft", "trimmed"}});
+  table.add("surroundings", surroundings, "The table with grid and palette, or a bare one without words",
+            {.choices = {"workplace", "bare"}});
+  table.add("azimuth", options.azimuth_deg, "From where the orbiting camera looks at first; 0: from +x",
+            {.min = -360, .max = 360, .value_name = "DEG"});
+  table.add("camera_elevation", options.camera_elevation_deg, "How far from above it looks; 90: straight down",
+            {.min = -89, .max = 89, .value_name = "DEG"});
   table.add("once", options.once, "Take one screenshot of the scene as it is, then end");
   table.add("duration", duration_s, "End after so many seconds; 0: not",
             {.min = 0, .max = 1e6, .value_name = "S"});
@@ -115,7 +132,14 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   std::tie(options.width_px, options.height_px) = *pixels;
   options.camera = camera == "head" ? CameraMode::head : CameraMode::orbit;
   options.view = view == "fit" ? ViewChoice::fit : ViewChoice::table;
-  options.shading = shading == "zebra" ? Shading::zebra : Shading::studio;
+  options.shading = shading_named(shading).value_or(Shading::studio);
+  options.curvature.kind = curvature_kind_named(curvature).value_or(CurvatureKind::mean);
+  options.curvature.range_per_m = static_cast<float>(curvature_range_per_m);
+  const std::optional<SurfaceOverlays> overlays = overlays_named(overlay);
+  if (!overlays) return bad("overlay", overlay, "none, wires, net or isophotes, with commas between");
+  options.overlays = *overlays;
+  options.edges = edges == "trimmed" ? SurfaceEdges::trimmed : SurfaceEdges::soft;
+  options.surroundings = surroundings == "bare" ? Surroundings::bare : Surroundings::workplace;
   options.duration = from_seconds(duration_s);
   options.display_latency = from_seconds(display_latency_ms / 1e3);
 

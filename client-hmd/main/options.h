@@ -6,6 +6,7 @@
 #include <string>
 
 #include "client-hmd/render/frame.h"
+#include "client-hmd/view/orbit_camera.h"
 #include "common/base/clock.h"
 #include "common/base/config.h"
 #include "common/base/result.h"
@@ -51,6 +52,12 @@ struct HmdOptions {
   bool distances = false;  ///< Show shapes' distances to references from the beginning (A28).
   double distance_range_mm = 5.0;     ///< At the ends of their colours; as DistanceScale's.
   Shading shading = Shading::studio;  ///< At first; in a window, key Z changes it.
+  CurvatureView curvature;            ///< Shown when `shading` does.
+  SurfaceOverlays overlays;           ///< At first.
+  SurfaceEdges edges = SurfaceEdges::soft;
+  Surroundings surroundings = Surroundings::workplace;
+  double azimuth_deg = glm::degrees(OrbitCamera().azimuth_rad);  ///< Of the orbiting camera at first.
+  double camera_elevation_deg = glm::degrees(OrbitCamera().elevation_rad);
   bool view_only = false;  ///< In a window: no hand, and nothing can be changed (V6).
   std::string name;        ///< Shown to others; empty: the user's.
   std::string log_level = "info";

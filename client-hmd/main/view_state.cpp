@@ -8,8 +8,14 @@ ViewState::ViewState(const HmdOptions& options)
     : camera(options.camera),
       distance_scale{static_cast<float>(options.distance_range_mm / 1e3)},
       shading(options.shading),
+      curvature(options.curvature),
+      overlays(options.overlays),
+      edges(options.edges),
+      surroundings(options.surroundings),
       fit_wanted(options.view == ViewChoice::fit) {
   if (options.distances) distances = distance_scale;
+  orbit.azimuth_rad = glm::radians(options.azimuth_deg);
+  orbit.elevation_rad = glm::radians(options.camera_elevation_deg);
 }
 
 void fit_view(ViewState& view, const ModelState& model, int width_px, int height_px, Fitting fitting) {

@@ -15,6 +15,10 @@ struct ViewState {
   std::optional<DistanceScale> distances;  ///< Shown when present.
   DistanceScale distance_scale;            ///< For when they are shown.
   Shading shading = Shading::studio;
+  CurvatureView curvature;
+  SurfaceOverlays overlays;
+  SurfaceEdges edges = SurfaceEdges::soft;
+  Surroundings surroundings = Surroundings::workplace;
   bool fit_wanted = false;
   std::shared_ptr<const Scene> fitted;  ///< What the view was fitted to last.
 };

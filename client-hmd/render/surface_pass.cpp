@@ -31,7 +31,7 @@ struct Material {
 constexpr Material reference{{0.225F, 0.205F, 0.175F}, 0.0F};
 constexpr float shape_gloss = 1.0F;
 /// How much a selected shape takes on the colour of selection; its wider contour tells it too.
-constexpr float selected_tint = 0.35F;
+constexpr float selected_tint = 0.22F;
 constexpr float selected_line = 2.6F;         ///< Contours.
 constexpr float faded_presence = 0.15F;       ///< Of a reference, while distances to it are shown.
 constexpr float ramp_albedo = 0.75F;          ///< Light on a bright base would wash the colours out.
