@@ -4,11 +4,13 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <iostream>
 #include <cstdio>
 
 #include "client-hmd/display/window_display.h"
 #include "client-hmd/main/frame_loop.h"
 #include "client-hmd/main/open_display.h"
+#include "client-hmd/main/shoot.h"
 #include "common/net/endpoint.h"
 
 namespace handloft::client {
@@ -51,6 +53,9 @@ Status run_hmd(const HmdOptions& options, const Logger& log) {
   Feeds feeds(options, *model, clock, log);
   Result<std::unique_ptr<Display>> display = open_display(options, log);
   if (!display) return display.error();
+  if (options.shots.wanted()) {
+    return shoot({options, clock, feeds, std::cout}, [&end_signal] { return end_signal.came(); }, log);
+  }
   // Destroyed before its display: it holds the display's OpenGL objects.
   Result<std::unique_ptr<FrameLoop>> loop =
       FrameLoop::create({options, clock, feeds, **display, /*over_picture=*/{}}, log);

@@ -164,6 +164,7 @@ Result<Image> FrameLoop::still() {
 void FrameLoop::count_frame(TimePoint begin, const ModelState& model) {
   const TimePoint now = parts_.clock.now();
   figures_.frame_time.add(now - begin);
+  if (!model.connected && model.snapshots > 0) figures_.frame_time_alone.add(now - begin);
   if (model.scene != presented_ && model.scene_capture_time != TimePoint{}) {
     figures_.capture_to_presentation.add(now - model.scene_capture_time);
   }

@@ -27,6 +27,36 @@ Result<std::optional<net::Endpoint>> parse_optional(const std::string& text) {
   return std::optional<net::Endpoint>(std::move(*endpoint));
 }
 
+void add_sequence(OptionTable& table, SequenceOptions& shots) {
+  table.add("turntable", shots.turntable, "Write pictures once round the scene into a folder, then end",
+            {.value_name = "FOLDER"});
+  table.add("frames", shots.frames, "Pictures of a turntable", {.min = 1, .max = 100'000, .value_name = "N"});
+  table.add("elevation", shots.elevation_deg, "Of a turntable: how far from above, in degrees",
+            {.min = -89, .max = 89, .value_name = "DEG"});
+  table.add("distance", shots.distance_m, "Of a turntable; 0: as near as all of the scene allows",
+            {.min = 0, .max = 100, .value_name = "M"});
+  table.add("script", shots.script, "Write pictures along the camera path of a script, then end",
+            {.value_name = "FILE.toml"});
+  table.add("pictures", shots.pictures, "Where the pictures of --script go", {.value_name = "FOLDER"});
+  table.add("overwrite", shots.overwrite, "Let a sequence replace pictures that are there");
+  table.add("transparent", shots.transparent, "Pictures of a sequence have a transparent background");
+}
+
+Status check_sequence(const HmdOptions& options) {
+  const SequenceOptions& shots = options.shots;
+  if (!shots.turntable.empty() && !shots.script.empty()) {
+    return bad("script", shots.script, "either a turntable or a script");
+  }
+  if (shots.script.empty() != shots.pictures.empty()) {
+    return bad(shots.pictures.empty() ? "pictures" : "script", "none", "--script with --pictures FOLDER");
+  }
+  if (shots.wanted() && (options.once || !options.screenshot.empty() || !options.report.empty())) {
+    return bad(shots.turntable.empty() ? "script" : "turntable", "a screenshot or report too",
+               "a sequence alone");
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<std::pair<int, int>> parse_size(const std::string& text) {
@@ -113,6 +143,7 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("view_only", options.view_only, "In a window: only look; mouse and keys model nothing");
   table.add("name", options.name, "Of this user, shown to others; default: as the system has it",
             {.value_name = "NAME"});
+  add_sequence(table, options.shots);
   table.add("log_level", options.log_level, "How much to say",
             {.choices = {"trace", "debug", "info", "warning", "error", "off"}});
   Result<ParseOutcome> outcome = table.parse(argc, argv);
@@ -158,6 +189,8 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   if (options.once && options.screenshot.empty()) {
     return bad("once", "no screenshot", "a file to write: --screenshot FILE.png");
   }
+  if (const Status sequence = check_sequence(options); !sequence) return sequence.error();
+  if (options.shots.wanted()) options.offscreen = true;
   return parsed;
 }
 

@@ -25,6 +25,20 @@ enum class ViewChoice {
 /// When the screenshot is taken. Without a window, `idle` and `frames` end the program when it is.
 enum class ScreenshotTime { idle, end, frames };
 
+/// A sequence of pictures instead of a run (V8): round the scene, or along a script's path.
+struct SequenceOptions {
+  std::string turntable;  ///< Folder for the pictures of a turntable; empty: none.
+  std::string script;     ///< Path of a script (shots/shot_script.h); empty: none.
+  std::string pictures;   ///< Folder for the script's pictures.
+  int frames = 120;       ///< Of a turntable: four seconds at 30 a second.
+  double elevation_deg = 25.0;
+  double distance_m = 0.0;  ///< 0: as near as all of the scene allows.
+  bool overwrite = false;
+  bool transparent = false;
+
+  bool wanted() const { return !turntable.empty() || !script.empty(); }
+};
+
 struct HmdOptions {
   std::optional<net::Endpoint> model;     ///< Absent: the default endpoint.
   std::optional<net::Endpoint> tracking;  ///< Absent: no tracking.
@@ -60,6 +74,7 @@ struct HmdOptions {
   double camera_elevation_deg = glm::degrees(OrbitCamera().elevation_rad);
   bool view_only = false;  ///< In a window: no hand, and nothing can be changed (V6).
   std::string name;        ///< Shown to others; empty: the user's.
+  SequenceOptions shots;
   std::string log_level = "info";
 };
 

@@ -16,7 +16,8 @@ namespace {
 nlohmann::json summary(const LatencyHistogram& histogram) {
   return {{"count", histogram.count()},
           {"median", histogram.quantile_ms(0.5)},
-          {"p99", histogram.quantile_ms(0.99)}};
+          {"p99", histogram.quantile_ms(0.99)},
+          {"longest", histogram.longest_ms()}};
 }
 
 }  // namespace
@@ -38,6 +39,9 @@ std::string report_json(const RunFigures& figures) {
       {"frames", frames},
       {"graphics_resets", figures.graphics_resets},
       {"frame_ms", summary(figures.frame_time)},
+      {"frame_alone_ms", summary(figures.frame_time_alone)},
+      {"join_ms", summary(figures.model.join_to_scene)},
+      {"outage_ms", summary(figures.model.outages)},
       {"capture_to_client_ms", summary(figures.model.capture_to_receipt)},
       {"capture_to_presentation_ms", summary(figures.capture_to_presentation)},
       {"connects", figures.model.connects},

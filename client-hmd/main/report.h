@@ -16,6 +16,8 @@ struct RunFigures {
   double seconds = 0.0;
   std::uint64_t graphics_resets = 0;  ///< Of the card, survived.
   LatencyHistogram frame_time;  ///< From the start of a frame to its being drawn.
+  /// Of those, the ones that were drawn while the model server was gone, after there had been a scene.
+  LatencyHistogram frame_time_alone;
   LatencyHistogram
       capture_to_presentation;  ///< From the exposure that shaped the scene to the frame that first shows it.
   ModelFeedStatistics model;
@@ -25,7 +27,8 @@ struct RunFigures {
 };
 
 /// Durations in milliseconds: "frame_ms", "capture_to_client_ms" (at receipt) and
-/// "capture_to_presentation_ms" with "count", "median", "p99".
+/// "capture_to_presentation_ms" with "count", "median", "p99", "longest"; of the frames without a server
+/// "frame_alone_ms", of the server's absences "outage_ms", and "join_ms" from handshakes to scenes.
 std::string report_json(const RunFigures& figures);
 
 /// Under a temporary name, then renamed. Errors: io.

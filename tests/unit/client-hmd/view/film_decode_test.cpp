@@ -46,6 +46,21 @@ TEST(DecodePicture, RefusesEveryWayToBreakAJpeg) {
   EXPECT_EQ(decode_picture(huge).error().code, ErrorCode::resource_exhausted);
 }
 
+/// What a broken daemon can make the frame loop do is bounded by the picture's size.
+TEST(DecodePicture, RefusesPicturesThatWouldHoldUpTheFrameLoop_V5) {
+  for (const net::VideoFormat format :
+       {net::VideoFormat::jpeg, net::VideoFormat::grey, net::VideoFormat::rgb, net::VideoFormat::yuyv}) {
+    net::VideoFrame large = jpeg(64, 48);
+    large.info.format = format;
+    large.info.width_px = 8000;
+    large.info.height_px = 8000;
+    EXPECT_EQ(decode_picture(large).error().code, ErrorCode::resource_exhausted);
+    large.info.width_px = 4096;
+    large.info.height_px = 2304;
+    EXPECT_EQ(decode_picture(large).error().code, ErrorCode::data_corrupt) << "allowed, but another picture";
+  }
+}
+
 TEST(DecodePicture, ReadsPlainFormatsAndChecksTheirSize) {
   net::VideoFrame grey;
   grey.info.format = net::VideoFormat::grey;

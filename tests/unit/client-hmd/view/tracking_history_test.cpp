@@ -129,5 +129,36 @@ TEST(TrackingHistory, PassesOverNonsenseAndCountsIt) {
   EXPECT_GE(history.status().refused, 3U);
 }
 
+TEST(TrackingHistory, RefusesTimesWhoseSumsWouldOverflow_V5) {
+  for (const std::int64_t time_ns : {std::numeric_limits<std::int64_t>::max(),
+                                     std::numeric_limits<std::int64_t>::min(), std::int64_t{-1}}) {
+    TrackingHistory history;
+    v1::TrackingFrame late = frame(0);
+    late.set_capture_time_ns(time_ns);
+    history.add(late, std::chrono::hours(1), at(8));
+    EXPECT_EQ(history.status().refused, 1U) << time_ns;
+    EXPECT_FALSE(history.head_at(at(0)));
+    v1::TrackingFrame camera = frame(0);
+    camera.mutable_cameras(0)->set_exposure_time_ns(time_ns);
+    history.add(camera, Duration::zero(), at(8));
+    EXPECT_EQ(history.status().refused, 2U) << time_ns;
+    EXPECT_TRUE(history.head_at(at(0))) << "the rest of the frame is good";
+    EXPECT_FALSE(history.camera_at(2, at(0)));
+  }
+}
+
+TEST(TrackingHistory, RefusesWhatNothingInARoomDoes_V5) {
+  TrackingHistory history;
+  v1::TrackingFrame fast = frame(0);
+  fast.mutable_head()->mutable_linear_velocity()->set_x(1e300);
+  history.add(fast, Duration::zero(), at(8));
+  EXPECT_FALSE(history.head_at(at(20)));
+  fast = frame(30);
+  fast.mutable_head()->mutable_world_from_head()->mutable_position()->set_y(1e9);
+  history.add(fast, Duration::zero(), at(38));
+  EXPECT_FALSE(history.head_at(at(30)));
+  EXPECT_EQ(history.status().refused, 2U);
+}
+
 }  // namespace
 }  // namespace handloft::client
