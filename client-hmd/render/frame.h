@@ -10,6 +10,7 @@
 
 #include "client-hmd/mirror/control_net.h"
 #include "client-hmd/mirror/scene.h"
+#include "client-hmd/render/cursor_mark.h"
 #include "client-hmd/render/distance_map.h"
 #include "client-hmd/render/hand_shape.h"
 #include "client-hmd/render/image.h"
@@ -120,6 +121,7 @@ struct Frame {
   std::optional<FilmedPicture> film;
   std::vector<FingerMark> fingers;
   std::optional<PressureMark> pressure;
+  std::optional<CursorMark> cursor;  ///< Of the desktop's hand.
   std::optional<SymmetryHint> symmetry;
   std::vector<DiskHint> disks;                                ///< One a closed hand.
   std::vector<std::shared_ptr<const SceneCurve>> air_curves;  ///< Being drawn; never null.
