@@ -31,9 +31,8 @@ std::optional<MonitorInfo> find_monitor(const std::vector<MonitorInfo>& monitors
   }
   std::size_t number = 0;
   const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
-  if (error == std::errc() && end == wanted.data() + wanted.size()) {
-    if (number < monitors.size() && usable(monitors[number])) return monitors[number];
-    return std::nullopt;
+  if (error == std::errc() && end == wanted.data() + wanted.size() && number < monitors.size()) {
+    return usable(monitors[number]) ? std::optional(monitors[number]) : std::nullopt;
   }
   const auto holds = [wanted](const MonitorInfo& monitor) {
     return usable(monitor) && monitor.name.find(wanted) != std::string::npos;
