@@ -156,6 +156,12 @@ int Window::width_px() const {
   return std::max(width, 1);
 }
 
+float Window::content_scale() const {
+  float across = 1.0F, down = 1.0F;
+  glfwGetWindowContentScale(window_, &across, &down);
+  return std::max(across, down);
+}
+
 int Window::height_px() const {
   int width = 0, height = 0;
   glfwGetFramebufferSize(window_, &width, &height);

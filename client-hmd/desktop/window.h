@@ -42,6 +42,8 @@ class Window {
   /// In pixels of the framebuffer; at least 1.
   int width_px() const;
   int height_px() const;
+  /// Of the monitor it is on: 1 for about 96 dots an inch.
+  float content_scale() const;
   /// For libraries that draw into the same window. Theirs must chain the callbacks that are there.
   GLFWwindow* handle() { return window_; }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "client-hmd/hud/words.h"
+
 namespace handloft::client {
 namespace {
 
@@ -18,10 +20,6 @@ constexpr glm::vec4 pressing_bar{0.91F, 0.40F, 0.16F, 1.0F};
 constexpr glm::vec4 resting_bar{0.36F, 0.45F, 0.56F, 1.0F};
 
 constexpr std::size_t longest_icon = 24;
-
-std::string plural(std::size_t count, std::string_view noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
-}
 
 struct Words {
   std::string text;
@@ -82,26 +80,6 @@ std::vector<Words> connection_words(const HudStatus& status) {
   if (!status.model_connected) return {{"○", warning_ink}, {"Reconnecting", warning_ink}};
   if (status.tracking_wanted && !status.tracking_connected) return {{"○", warning_ink}, {"No tracking", ink}};
   return {{"●", good}, {"Live", ink}};
-}
-
-std::string_view representation_words(Representation representation) {
-  switch (representation) {
-    case Representation::points:
-      return "points";
-    case Representation::surface:
-      return "surface";
-    case Representation::both:
-      return "points + surface";
-  }
-  return "";
-}
-
-/// At most `longest` bytes, cut between characters.
-std::string shortened(const std::string& text, std::size_t longest) {
-  if (text.size() <= longest) return text;
-  std::size_t end = longest;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
-  return text.substr(0, end) + "…";
 }
 
 /// What the colours of distances mean: a bar from the one end to the other, and the range in words.
@@ -236,6 +214,15 @@ Overlay layout_hud(const HudStatus& status, int width_px, int height_px,
                 true, false, 0.0F, row++);
   }
   if (status.distances) add_legend(status, layout, row);
+  return std::move(layout.overlay);
+}
+
+Overlay layout_legends(const HudStatus& status, const glm::vec2& corner_px, const glm::vec2& size_px,
+                       const std::function<float(std::string_view)>& measure) {
+  Layout layout(static_cast<int>(size_px.x), static_cast<int>(size_px.y), measure);
+  if (status.distances && status.has_scene) add_legend(status, layout, 0);
+  for (OverlayPanel& panel : layout.overlay.panels) panel.position += corner_px;
+  for (OverlayText& text : layout.overlay.texts) text.position += corner_px;
   return std::move(layout.overlay);
 }
 

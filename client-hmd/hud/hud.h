@@ -25,10 +25,11 @@ struct HudStatus {
   std::optional<HandStatus> hand;
   std::string tool;  ///< What the hand does, in words of the server.
   bool symmetry = false;
-  std::string mode;                 ///< What a pointing hand draws: "profile", "boundary".
-  std::optional<float> range;       ///< Of a push, 0..1 (A16); while there is a disk.
-  bool smooth_falloff = false;      ///< Of the push (A17).
-  std::vector<std::string> others;  ///< Who else is here.
+  std::string mode;                      ///< What a pointing hand draws: "profile", "boundary".
+  std::optional<float> range;            ///< Of a push, 0..1 (A16); while there is a disk.
+  bool smooth_falloff = false;           ///< Of the push (A17).
+  std::vector<std::string> others;       ///< Who else is here ...
+  std::vector<std::uint64_t> other_ids;  ///< ... and as which client, for the colour.
   std::size_t shapes = 0, surfaces = 0, points = 0;
   std::size_t references = 0;              ///< Imported, to design around (A28).
   std::optional<DistanceScale> distances;  ///< Shown: with a legend.
@@ -53,6 +54,14 @@ std::optional<Duration> model_lag(const TrackingStatus& tracking, const ModelSta
 
 /// "open hand", "closed hand", "pointing", "hand on table"; "no hand" for unknown.
 std::string_view gesture_words(v1::Gesture gesture);
+
+/// Where the HUD's words are. Beside panels only legends are left to tell; a headset does not show the
+/// picture's edges.
+enum class HudPlace { edges, legends, table };
+
+/// Only what the colours mean, in the upper right corner of a part of the picture. Pixels.
+Overlay layout_legends(const HudStatus& status, const glm::vec2& corner_px, const glm::vec2& size_px,
+                       const std::function<float(std::string_view)>& measure);
 
 /// `measure`: width of a text in multiples of its height. Sizes follow the picture's height, so that the
 /// words are as large in a headset as on a desk.

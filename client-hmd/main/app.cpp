@@ -58,7 +58,7 @@ Status run_hmd(const HmdOptions& options, const Logger& log) {
   }
   // Destroyed before its display: it holds the display's OpenGL objects.
   Result<std::unique_ptr<FrameLoop>> loop =
-      FrameLoop::create({options, clock, feeds, **display, /*over_picture=*/{}}, log);
+      FrameLoop::create({options, clock, feeds, **display}, log);
   if (!loop) return loop.error();
   if (const Status status = (*loop)->run([&end_signal] { return end_signal.came(); }); !status) return status;
   if (options.report.empty()) return {};

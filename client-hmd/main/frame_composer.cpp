@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client-hmd/hud/table_card.h"
 #include "client-hmd/view/late_turn.h"
 
 namespace handloft::client {
@@ -204,7 +205,10 @@ HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
       status.smooth_falloff = activity.smooth_falloff;
     }
     status.symmetry = status.symmetry || activity.symmetry;
-    if (!activity.name.empty() && activity.client_id != 0) status.others.push_back(activity.name);
+    if (!activity.name.empty() && activity.client_id != 0 && activity.client_id != model.own_client_id) {
+      status.others.push_back(activity.name);
+      status.other_ids.push_back(activity.client_id);
+    }
   }
   status.history = model.scene->history;
   status.alternatives = model.scene->alternatives;
@@ -227,6 +231,21 @@ HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
     }
   }
   return status;
+}
+
+void add_hud(const FrameRequest& request, const HudStatus& status,
+             const std::function<float(std::string_view)>& measure, Frame& frame) {
+  switch (request.hud) {
+    case HudPlace::edges:
+      frame.overlay = layout_hud(status, request.width_px, request.height_px, measure);
+      break;
+    case HudPlace::legends:
+      frame.overlay = layout_legends(status, request.hud_corner_px, request.hud_size_px, measure);
+      break;
+    case HudPlace::table:
+      frame.sheets.push_back(table_card(status, request.colours, measure));
+      break;
+  }
 }
 
 }  // namespace
@@ -265,7 +284,7 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
     });
   }
   if (request.surroundings == Surroundings::workplace) {
-    frame.overlay = layout_hud(status, request.width_px, request.height_px, measure);
+    add_hud(request, status, measure, frame);
   }
   return frame;
 }

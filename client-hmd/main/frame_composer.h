@@ -39,7 +39,9 @@ struct FrameRequest {
   Surroundings surroundings = Surroundings::workplace;
   HandOcclusion hand_occlusion = HandOcclusion::on;
   ColourScheme colours = ColourScheme::normal;  ///< Of people.
-  double latency_ms = 0.0;  ///< Capture to client, median; 0: unknown.
+  double latency_ms = 0.0;                      ///< Capture to client, median; 0: unknown.
+  HudPlace hud = HudPlace::edges;
+  glm::vec2 hud_corner_px{0.0F}, hud_size_px{0.0F};  ///< For legends: the part that panels leave.
 };
 
 /// Everything but the HUD's text sizes, which need a font: `measure` as in layout_hud().

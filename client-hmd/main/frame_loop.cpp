@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <thread>
 #include <tuple>
@@ -24,7 +25,11 @@ double film_depth_m(const HmdOptions& options) {
 Result<std::unique_ptr<FrameLoop>> FrameLoop::create(FrameLoopParts parts, Logger log) {
   Result<std::unique_ptr<Renderer>> renderer = Renderer::create();
   if (!renderer) return renderer.error();
-  return std::unique_ptr<FrameLoop>(new FrameLoop(std::move(parts), std::move(log), std::move(*renderer)));
+  std::unique_ptr<FrameLoop> loop(new FrameLoop(std::move(parts), std::move(log), std::move(*renderer)));
+  if (loop->wants_panels()) {
+    if (const Status shown = loop->panels_.show(); !shown) return shown.error();
+  }
+  return loop;
 }
 
 FrameLoop::FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer> renderer)
@@ -33,6 +38,7 @@ FrameLoop::FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer>
       renderer_(std::move(renderer)),
       presenter_({.turn = {}, .film_depth_m = film_depth_m(parts_.options)}),
       view_(parts_.options),
+      panels_(settings_path(std::getenv("XDG_CONFIG_HOME"), std::getenv("HOME")), log_.component("panels")),
       desktop_(parts_.options),
       pictures_(parts_.options, log_, parts_.clock.now()),
       started_(parts_.clock.now()) {
@@ -73,9 +79,7 @@ Status FrameLoop::step() {
     shown = sources.tracking->head_at(parts_.clock.now() + parts_.options.display_latency);
   }
   if (const Status done = presenter_.present(*renderer_, canvas, shown); !done) return done;
-  if (Window* window = parts_.display.window(); window != nullptr && parts_.over_picture) {
-    parts_.over_picture({*window, sources, frame, view_});
-  }
+  if (const Status drawn = draw_panels(canvas, sources, begin); !drawn) return drawn;
   parts_.display.show();
   count_frame(begin, *sources.model);
 
@@ -92,8 +96,10 @@ Status FrameLoop::step() {
 void FrameLoop::handle_input() {
   const WindowInput input = parts_.display.poll(view_.orbit);
   const PictureSize size{parts_.display.width_px(), parts_.display.height_px()};
+  const TimePoint now = parts_.clock.now();
+  const PanelledInput given = panels_.take(input.events, parts_.feeds.model(), view_, now);
   const InputWishes wishes =
-      desktop_.handle({input.events, {}, {}, size, parts_.clock.now()}, parts_.feeds.model(), view_);
+      desktop_.handle({given.events, given.commands, given.taken, size, now}, parts_.feeds.model(), view_);
   if (wishes.end || input.close) finished_ = true;
   if (wishes.film) parts_.feeds.want_film();
   if (wishes.screenshot) pictures_.save_numbered([this] { return still(); });
@@ -101,13 +107,15 @@ void FrameLoop::handle_input() {
 
 Status FrameLoop::renew_graphics() {
   log_.warning("the graphics card was reset: drawing everything anew");
+  const bool panels = panels_.shown();
+  panels_.hide();
   renderer_.reset();  // Its objects went with the context.
   if (const Status renewed = parts_.display.renew(); !renewed) return renewed;
   Result<std::unique_ptr<Renderer>> renderer = Renderer::create();
   if (!renderer) return renderer.error();
   renderer_ = std::move(*renderer);
   ++figures_.graphics_resets;
-  return {};
+  return panels ? panels_.show() : Status();
 }
 
 Canvas FrameLoop::canvas_of(double scale) {
@@ -135,9 +143,13 @@ Frame FrameLoop::compose(TimePoint now, const FrameSources& sources, const Canva
   parts_.feeds.model().want_control_nets(view_.overlays.control_nets ? ControlNetWish::shown
                                                                      : ControlNetWish::hidden);
   request.latency_ms = parts_.feeds.latency_ms();
+  request.colours = panels_.colours();
+  place_hud(request, canvas);
   Frame frame = compose_frame(request, sources,
                               [this](std::string_view text) { return renderer_->measure_text(text); });
   desktop_.add_to(frame);
+  // Nobody's hand can touch it, and its commands are on the panels.
+  if (panels_.shown() && sources.tracking == nullptr) frame.palette_page = 0;
   return frame;
 }
 
@@ -158,7 +170,54 @@ Result<Image> FrameLoop::still() {
     return drawn.error();
   }
   if (const Status done = presenter_.present(*renderer_, canvas, std::nullopt); !done) return done.error();
+  if (offscreen() && panels_.shown()) {
+    // What is first drawn knows no sizes yet.
+    constexpr int settling_frames = 3;
+    for (int i = 1; i < settling_frames; ++i) {
+      if (const Status drawn = draw_panels(canvas, sources, parts_.clock.now()); !drawn) return drawn.error();
+    }
+    if (const Status done = presenter_.present(*renderer_, canvas, std::nullopt); !done) return done.error();
+    if (const Status drawn = draw_panels(canvas, sources, parts_.clock.now()); !drawn) return drawn.error();
+  }
   return renderer_->read_canvas();
+}
+
+bool FrameLoop::wants_panels() const {
+  switch (parts_.options.panels) {
+    case PanelWish::never:
+      return false;
+    case PanelWish::always:
+      return true;
+    case PanelWish::in_windows:
+      break;
+  }
+  // A headset shows no edges: there, the table says it all.
+  return !offscreen() && !parts_.options.stereo;
+}
+
+void FrameLoop::place_hud(FrameRequest& request, const Canvas& canvas) const {
+  const bool headset = canvas.views.size() > 1 || view_.camera == CameraMode::head;
+  if (const std::optional<PixelRect> free = panels_.free_part(); free && !headset) {
+    request.hud = HudPlace::legends;
+    request.hud_corner_px = free->corner;
+    request.hud_size_px = free->size;
+  } else if (headset) {
+    request.hud = HudPlace::table;
+  }
+}
+
+Status FrameLoop::draw_panels(const Canvas& canvas, const FrameSources& sources, TimePoint now) {
+  if (!panels_.shown()) return {};
+  Window* window = parts_.display.window();
+  return panels_.draw({.width_px = canvas.width_px,
+                       .height_px = canvas.height_px,
+                       .content_scale = window == nullptr ? 1.0F : window->content_scale(),
+                       .target = canvas.target,
+                       .now = now,
+                       .sources = sources,
+                       .desktop = desktop_.state(),
+                       .view = view_,
+                       .latency_ms = parts_.feeds.latency_ms()});
 }
 
 void FrameLoop::count_frame(TimePoint begin, const ModelState& model) {

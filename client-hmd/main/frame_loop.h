@@ -2,7 +2,7 @@
 // The frame loop (V5): input, what is new, picture, display; it waits for the display's refresh and for
 // nothing else. In this order, each in a place of its own: desktop_link.h makes input events into a hand and
 // a camera, frame_composer.h decides what the frame shows, presenter.h draws it for every view,
-// `over_picture` draws panels over it, pictures.h takes what is asked for. A graphics card that was reset is
+// panel_link.h draws panels over it, pictures.h takes what is asked for. A graphics card that was reset is
 // given everything anew: the scene is still in the mirror.
 
 #include <functional>
@@ -10,6 +10,7 @@
 #include "client-hmd/display/display.h"
 #include "client-hmd/main/feeds.h"
 #include "client-hmd/main/desktop_link.h"
+#include "client-hmd/main/panel_link.h"
 #include "client-hmd/main/pictures.h"
 #include "client-hmd/main/presenter.h"
 #include "client-hmd/main/report.h"
@@ -17,22 +18,12 @@
 
 namespace handloft::client {
 
-/// A drawn picture that is about to be shown, and all that it was made from: what panels need.
-struct DrawnPicture {
-  Window& window;
-  const FrameSources& sources;
-  const Frame& frame;
-  ViewState& view;
-};
-
 /// What a loop is made of; all of it outlives the loop.
 struct FrameLoopParts {
   const HmdOptions& options;
   const Clock& clock;
   Feeds& feeds;
   Display& display;
-  /// Draws over the finished picture of a window, into its framebuffer, before it is shown; may be empty.
-  std::function<void(const DrawnPicture&)> over_picture;
 };
 
 class FrameLoop {
@@ -50,12 +41,15 @@ class FrameLoop {
  private:
   FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer> renderer);
 
+  bool wants_panels() const;
   Status step();
   void handle_input();
   Status renew_graphics();
   Canvas canvas_of(double scale);
   Frame compose(TimePoint now, const FrameSources& sources, const Canvas& canvas, LastTurn turn);
   Result<Image> still();
+  void place_hud(FrameRequest& request, const Canvas& canvas) const;
+  Status draw_panels(const Canvas& canvas, const FrameSources& sources, TimePoint now);
   void count_frame(TimePoint begin, const ModelState& model);
   void pace(TimePoint begin) const;
   bool offscreen() const { return parts_.display.window() == nullptr; }
@@ -65,6 +59,7 @@ class FrameLoop {
   std::unique_ptr<Renderer> renderer_;
   Presenter presenter_;
   ViewState view_;
+  PanelLink panels_;
   DesktopLink desktop_;
   Pictures pictures_;
   TimePoint started_;

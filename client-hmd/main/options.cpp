@@ -140,6 +140,9 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("offscreen_scale", options.offscreen_scale,
             "Without a window: size of the frames before the screenshot, as a share of it",
             {.min = 0.1, .max = 1, .value_name = "SHARE"});
+  std::string panels = "windows";
+  table.add("panels", panels, "Panels over the picture: in windows, always, or never",
+            {.choices = {"windows", "always", "never"}});
   table.add("view_only", options.view_only, "In a window: only look; mouse and keys model nothing");
   table.add("name", options.name, "Of this user, shown to others; default: as the system has it",
             {.value_name = "NAME"});
@@ -150,6 +153,8 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   if (!outcome) return outcome.error();
   parsed.outcome = std::move(*outcome);
   if (parsed.outcome.action == ParseOutcome::Action::show_text) return parsed;
+  if (panels == "always") options.panels = PanelWish::always;
+  if (panels == "never") options.panels = PanelWish::never;
 
   Result<std::optional<net::Endpoint>> model_endpoint = parse_optional(model);
   if (!model_endpoint) return bad("model", model, model_endpoint.error().message);

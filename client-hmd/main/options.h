@@ -25,6 +25,9 @@ enum class ViewChoice {
 /// When the screenshot is taken. Without a window, `idle` and `frames` end the program when it is.
 enum class ScreenshotTime { idle, end, frames };
 
+/// Whether panels lie over the picture (V7).
+enum class PanelWish { in_windows, always, never };
+
 /// A sequence of pictures instead of a run (V8): round the scene, or along a script's path.
 struct SequenceOptions {
   std::string turntable;  ///< Folder for the pictures of a turntable; empty: none.
@@ -72,6 +75,7 @@ struct HmdOptions {
   Surroundings surroundings = Surroundings::workplace;
   double azimuth_deg = glm::degrees(OrbitCamera().azimuth_rad);  ///< Of the orbiting camera at first.
   double camera_elevation_deg = glm::degrees(OrbitCamera().elevation_rad);
+  PanelWish panels = PanelWish::in_windows;
   bool view_only = false;  ///< In a window: no hand, and nothing can be changed (V6).
   std::string name;        ///< Shown to others; empty: the user's.
   SequenceOptions shots;

@@ -177,7 +177,22 @@ void FlatPass::flush(const glm::mat4& clip_from_sheet, const Font& font) {
   vertices_.clear();
 }
 
+void FlatPass::draw_sheets(std::span<const SpaceSheet> sheets, const EyeUniforms& eye) {
+  for (const SpaceSheet& flat : sheets) {
+    const Sheet sheet{flat.origin, flat.right, flat.down};
+    for (const OverlayPanel& panel : flat.overlay.panels) add_panel(sheet, panel);
+    for (const OverlayText& text : flat.overlay.texts) add_text(sheet, large_, text);
+  }
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_LEQUAL);  // Words lie in their card's plane.
+  flush(eye.clip_from_eye * eye.eye_from_world, large_);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
+}
+
 void FlatPass::draw_palette(const Frame& frame, const EyeUniforms& eye) {
+  if (frame.palette_page < first_palette_page) return;
   constexpr float lift_m = 0.0003F;  // Above the table's plane, so that depth decides for the cell.
   for (const PaletteCell& cell : table_palette) {
     if (!is_on_page(cell, frame.palette_page)) continue;

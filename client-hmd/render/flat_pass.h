@@ -15,6 +15,8 @@ class FlatPass {
 
   /// Into the linear picture, with depth test, blended: call after the table.
   void draw_palette(const Frame& frame, const EyeUniforms& eye);
+  /// Cards in the room: into the linear picture, with depth test, blended.
+  void draw_sheets(std::span<const SpaceSheet> sheets, const EyeUniforms& eye);
   /// Words beside icons: into the linear picture, blended; surfaces before them hide them.
   void draw_labels(std::span<const SpaceLabel> labels, const EyeUniforms& eye);
   /// Into the output (sRGB values), in its pixels.

@@ -115,6 +115,14 @@ struct FilmedHand {
   HandPosture posture = HandPosture::open;
 };
 
+/// A flat drawing that stands or lies in the room: `overlay` in metres from `origin`, as linear RGB.
+struct SpaceSheet {
+  glm::vec3 origin{0.0F};
+  glm::vec3 right{1.0F, 0.0F, 0.0F};  ///< Unit.
+  glm::vec3 down{0.0F, -1.0F, 0.0F};  ///< Unit.
+  Overlay overlay;
+};
+
 struct Frame {
   std::shared_ptr<const Scene> scene;  ///< Null: an empty one.
   Eye eye;
@@ -125,7 +133,8 @@ struct Frame {
   std::optional<SymmetryHint> symmetry;
   std::vector<DiskHint> disks;                                ///< One a closed hand.
   std::vector<std::shared_ptr<const SceneCurve>> air_curves;  ///< Being drawn; never null.
-  int palette_page = first_palette_page;                      ///< Whose cells the table shows.
+  int palette_page = first_palette_page;                      ///< Whose cells the table shows; 0: none at all.
+  std::vector<SpaceSheet> sheets;                             ///< Status cards and the like.
   std::optional<PaletteCommand> touched;                      ///< The palette's cell under the hand.
   std::optional<DistanceScale> distances;                     ///< Shapes show theirs (A28); references fade.
   Shading shading = Shading::studio;

@@ -207,7 +207,10 @@ struct Renderer::Implementation {
     const Result<bool> hidden_by_hand = hand.prepare(frame, eye, targets);
     if (!hidden_by_hand) return hidden_by_hand.error();
     if (!frame.plain_backdrop) stage.draw_table(frame, eye);
-    if (!frame.plain_backdrop && frame.surroundings == Surroundings::workplace) flat.draw_palette(frame, eye);
+    if (!frame.plain_backdrop && frame.surroundings == Surroundings::workplace) {
+      flat.draw_palette(frame, eye);
+      flat.draw_sheets(frame.sheets, eye);
+    }
 
     glEnable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
