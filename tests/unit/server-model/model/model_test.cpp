@@ -208,7 +208,7 @@ TEST(Provisional, AnyOperationMayBeUpdatedInTheAir) {
 TEST(Provisional, TheirNumberIsBounded) {
   ApplyContext context;
   context.limits.max_provisional = 2;
-  Model model({}, context);
+  Model model(Document(), context);
   ASSERT_TRUE(model.submit(create("top")).ok());
   for (int i = 0; i < 2; ++i) ASSERT_TRUE(model.begin_provisional(add("top", {})).ok());
   EXPECT_EQ(model.begin_provisional(add("top", {})).error().code, ErrorCode::resource_exhausted);
