@@ -4,8 +4,8 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <iostream>
 #include <cstdio>
+#include <iostream>
 
 #include "client-hmd/display/window_display.h"
 #include "client-hmd/main/frame_loop.h"
@@ -54,15 +54,17 @@ Status run_hmd(const HmdOptions& options, const Logger& log) {
   Result<std::unique_ptr<Display>> display = open_display(options, log);
   if (!display) return display.error();
   if (options.shots.wanted()) {
-    return shoot({options, clock, feeds, std::cout}, [&end_signal] { return end_signal.came(); }, log);
+    return shoot(
+        {options, clock, feeds, std::cout}, [&end_signal] { return end_signal.came(); }, log);
   }
   // Destroyed before its display: it holds the display's OpenGL objects.
-  Result<std::unique_ptr<FrameLoop>> loop =
-      FrameLoop::create({options, clock, feeds, **display}, log);
+  Result<std::unique_ptr<FrameLoop>> loop = FrameLoop::create({options, clock, feeds, **display}, log);
   if (!loop) return loop.error();
   if (const Status status = (*loop)->run([&end_signal] { return end_signal.came(); }); !status) return status;
+  const RunFigures figures = (*loop)->figures();
+  if (options.stats) log.info("{}", describe(figures.photons, figures.frame_time));
   if (options.report.empty()) return {};
-  return write_text(options.report, report_json((*loop)->figures()));
+  return write_text(options.report, report_json(figures));
 }
 
 }  // namespace handloft::client

@@ -36,6 +36,7 @@ FrameLoop::FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer>
     : parts_(std::move(parts)),
       log_(std::move(log)),
       renderer_(std::move(renderer)),
+      timing_(parts_.clock, parts_.options.display_latency),
       presenter_({.turn = {}, .film_depth_m = film_depth_m(parts_.options)}),
       view_(parts_.options),
       panels_(settings_path(std::getenv("XDG_CONFIG_HOME"), std::getenv("HOME")), log_.component("panels")),
@@ -53,8 +54,14 @@ Status FrameLoop::run(const std::function<bool()>& interrupted) {
 }
 
 Status FrameLoop::step() {
+  const FramePlan plan = timing_.begin(offscreen() ? std::nullopt : parts_.display.refresh_period());
   const TimePoint begin = parts_.clock.now();
   handle_input();
+  if (!parts_.display.visible()) {
+    timing_.skipped();
+    end_when_due();
+    return {};
+  }
   parts_.feeds.follow_daemon();
   parts_.feeds.follow_users();
   const FrameSources sources = parts_.feeds.newest();
@@ -72,25 +79,35 @@ Status FrameLoop::step() {
     canvas.target = *own;
   }
   const LastTurn turn = offscreen() ? LastTurn::none : LastTurn::to_display;
-  const Frame frame = compose(begin, sources, canvas, turn);
+  Frame frame = compose(begin, plan.light, sources, canvas, turn);
+  if (parts_.options.stats) {
+    add_stats(describe(timing_.figures(), figures_.frame_time), Presenter::picture_size(canvas).second,
+              frame.overlay);
+  }
   if (const Status drawn = presenter_.draw(*renderer_, frame, canvas, {}, turn); !drawn) return drawn;
+  timing_.drawn();
   std::optional<PoseAnswer> shown;
   if (turn == LastTurn::to_display && sources.tracking != nullptr) {
-    shown = sources.tracking->head_at(parts_.clock.now() + parts_.options.display_latency);
+    shown = sources.tracking->head_at(plan.light);
   }
   if (const Status done = presenter_.present(*renderer_, canvas, shown); !done) return done;
   if (const Status drawn = draw_panels(canvas, sources, begin); !drawn) return drawn;
   parts_.display.show();
+  timing_.shown(frame, sources.tracking);
   count_frame(begin, *sources.model);
 
   const Result<bool> taken = pictures_.after_frame(
       {parts_.clock.now(), *sources.model, figures_.frame_time.count()}, [this] { return still(); });
   if (!taken) return taken.error();
   if (*taken && offscreen()) finished_ = true;
-  const Duration duration = parts_.options.duration;
-  if (duration > Duration::zero() && parts_.clock.now() - started_ >= duration) finished_ = true;
+  end_when_due();
   if (offscreen() && !finished_) pace(begin);
   return {};
+}
+
+void FrameLoop::end_when_due() {
+  const Duration duration = parts_.options.duration;
+  if (duration > Duration::zero() && parts_.clock.now() - started_ >= duration) finished_ = true;
 }
 
 void FrameLoop::handle_input() {
@@ -126,13 +143,14 @@ Canvas FrameLoop::canvas_of(double scale) {
   return canvas;
 }
 
-Frame FrameLoop::compose(TimePoint now, const FrameSources& sources, const Canvas& canvas, LastTurn turn) {
+Frame FrameLoop::compose(TimePoint now, TimePoint light, const FrameSources& sources, const Canvas& canvas,
+                         LastTurn turn) {
   FrameRequest request;
   request.camera = view_.camera;
   std::tie(request.width_px, request.height_px) = Presenter::picture_size(canvas);
   request.orbit = view_.orbit;
   request.now = now;
-  request.display_time = now + parts_.options.display_latency;
+  request.display_time = light;
   request.largest_turn_rad = presenter_.largest_turn_rad(turn);
   request.distances = view_.distances;
   request.shading = view_.shading;
@@ -165,7 +183,8 @@ Result<Image> FrameLoop::still() {
   const Result<unsigned> own = renderer_->own_canvas(canvas.width_px, canvas.height_px);
   if (!own) return own.error();
   canvas.target = *own;
-  const Frame frame = compose(parts_.clock.now(), sources, canvas, LastTurn::none);
+  const TimePoint now = parts_.clock.now();
+  const Frame frame = compose(now, now + parts_.options.display_latency, sources, canvas, LastTurn::none);
   if (const Status drawn = presenter_.draw(*renderer_, frame, canvas, rendering, LastTurn::none); !drawn) {
     return drawn.error();
   }
@@ -245,6 +264,7 @@ RunFigures FrameLoop::figures() const {
   if (TrackingFeed* tracking = parts_.feeds.tracking(); tracking != nullptr) {
     figures.tracking = tracking->status();
   }
+  figures.photons = timing_.figures();
   figures.scene = parts_.feeds.model().state()->scene;
   figures.screenshot = pictures_.taken() ? parts_.options.screenshot : "";
   return figures;

@@ -8,8 +8,9 @@
 #include <functional>
 
 #include "client-hmd/display/display.h"
-#include "client-hmd/main/feeds.h"
 #include "client-hmd/main/desktop_link.h"
+#include "client-hmd/main/feeds.h"
+#include "client-hmd/main/frame_timing.h"
 #include "client-hmd/main/panel_link.h"
 #include "client-hmd/main/pictures.h"
 #include "client-hmd/main/presenter.h"
@@ -46,7 +47,9 @@ class FrameLoop {
   void handle_input();
   Status renew_graphics();
   Canvas canvas_of(double scale);
-  Frame compose(TimePoint now, const FrameSources& sources, const Canvas& canvas, LastTurn turn);
+  Frame compose(TimePoint now, TimePoint light, const FrameSources& sources, const Canvas& canvas,
+                LastTurn turn);
+  void end_when_due();
   Result<Image> still();
   void place_hud(FrameRequest& request, const Canvas& canvas) const;
   Status draw_panels(const Canvas& canvas, const FrameSources& sources, TimePoint now);
@@ -57,6 +60,7 @@ class FrameLoop {
   FrameLoopParts parts_;
   Logger log_;
   std::unique_ptr<Renderer> renderer_;
+  FrameTiming timing_;
   Presenter presenter_;
   ViewState view_;
   PanelLink panels_;

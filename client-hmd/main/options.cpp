@@ -132,6 +132,7 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("once", options.once, "Take one screenshot of the scene as it is, then end");
   table.add("duration", duration_s, "End after so many seconds; 0: not",
             {.min = 0, .max = 1e6, .value_name = "S"});
+  table.add("stats", options.stats, "Show how old what is seen is, and say it at the end");
   table.add("report", options.report, "Write figures as JSON at the end", {.value_name = "FILE.json"});
   table.add("display_latency", display_latency_ms, "From drawing to light on the display",
             {.min = 0, .max = 200, .value_name = "MS"});
@@ -140,13 +141,13 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("offscreen_scale", options.offscreen_scale,
             "Without a window: size of the frames before the screenshot, as a share of it",
             {.min = 0.1, .max = 1, .value_name = "SHARE"});
+  add_sequence(table, options.shots);
   std::string panels = "windows";
   table.add("panels", panels, "Panels over the picture: in windows, always, or never",
             {.choices = {"windows", "always", "never"}});
   table.add("view_only", options.view_only, "In a window: only look; mouse and keys model nothing");
   table.add("name", options.name, "Of this user, shown to others; default: as the system has it",
             {.value_name = "NAME"});
-  add_sequence(table, options.shots);
   table.add("log_level", options.log_level, "How much to say",
             {.choices = {"trace", "debug", "info", "warning", "error", "off"}});
   Result<ParseOutcome> outcome = table.parse(argc, argv);

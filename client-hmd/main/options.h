@@ -56,6 +56,7 @@ struct HmdOptions {
   std::string screenshot;  ///< Path of a PNG; empty: none.
   ScreenshotTime screenshot_time = ScreenshotTime::end;
   std::uint64_t screenshot_frames = 0;
+  bool stats = false;   ///< Show how old what is seen is, and say it at the end.
   std::string report;   ///< Path of a JSON file; empty: none.
   bool once = false;    ///< One picture of the scene as it is, then end.
   Duration duration{};  ///< Zero: until it is told to end.
@@ -75,10 +76,10 @@ struct HmdOptions {
   Surroundings surroundings = Surroundings::workplace;
   double azimuth_deg = glm::degrees(OrbitCamera().azimuth_rad);  ///< Of the orbiting camera at first.
   double camera_elevation_deg = glm::degrees(OrbitCamera().elevation_rad);
+  SequenceOptions shots;
   PanelWish panels = PanelWish::in_windows;
   bool view_only = false;  ///< In a window: no hand, and nothing can be changed (V6).
   std::string name;        ///< Shown to others; empty: the user's.
-  SequenceOptions shots;
   std::string log_level = "info";
 };
 

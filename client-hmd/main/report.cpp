@@ -16,6 +16,7 @@ namespace {
 nlohmann::json summary(const LatencyHistogram& histogram) {
   return {{"count", histogram.count()},
           {"median", histogram.quantile_ms(0.5)},
+          {"p95", histogram.quantile_ms(0.95)},
           {"p99", histogram.quantile_ms(0.99)},
           {"longest", histogram.longest_ms()}};
 }
@@ -37,6 +38,11 @@ std::string report_json(const RunFigures& figures) {
       {"size_px", {figures.width_px, figures.height_px}},
       {"seconds", figures.seconds},
       {"frames", frames},
+      {"camera_to_photon_ms", summary(figures.photons.camera_to_photon)},
+      {"motion_to_photon_ms", summary(figures.photons.motion_to_photon)},
+      {"light_prediction_error_ms", summary(figures.photons.prediction_error)},
+      {"missed_refreshes", figures.photons.missed_refreshes},
+      {"repeated_films", figures.photons.repeated_films},
       {"graphics_resets", figures.graphics_resets},
       {"frame_ms", summary(figures.frame_time)},
       {"frame_alone_ms", summary(figures.frame_time_alone)},

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "client-hmd/mirror/model_feed.h"
+#include "client-hmd/mirror/photon_figures.h"
 #include "client-hmd/view/tracking_feed.h"
 #include "common/base/result.h"
 
@@ -15,11 +16,12 @@ struct RunFigures {
   int height_px = 0;
   double seconds = 0.0;
   std::uint64_t graphics_resets = 0;  ///< Of the card, survived.
-  LatencyHistogram frame_time;  ///< From the start of a frame to its being drawn.
+  LatencyHistogram frame_time;        ///< From the start of a frame to its being drawn.
   /// Of those, the ones that were drawn while the model server was gone, after there had been a scene.
   LatencyHistogram frame_time_alone;
   LatencyHistogram
       capture_to_presentation;  ///< From the exposure that shaped the scene to the frame that first shows it.
+  PhotonFigures photons;        ///< Estimated; see photon_figures.h.
   ModelFeedStatistics model;
   TrackingStatus tracking;
   std::shared_ptr<const Scene> scene;
