@@ -62,8 +62,8 @@ struct DiskHint {
   glm::vec3 centre{0.0F};
   glm::vec3 normal{0.0F, 0.0F, 1.0F};  ///< Unit: the direction of pushing.
   float radius_m = 0.0F;
-  float range = 0.0F;             ///< 0..1
-  std::optional<glm::vec3> tint;  ///< Another user's colour, linear RGB; none: our own hand's.
+  float range = 0.0F;                            ///< 0..1
+  std::optional<glm::vec3> tint = std::nullopt;  ///< Another user's colour, linear RGB; none: our own hand's.
 };
 
 /// A rounded rectangle in output pixels, origin top left.

@@ -11,9 +11,11 @@
 #include "client-hmd/render/hand_occlusion.h"
 #include "client-hmd/render/icon_pass.h"
 #include "client-hmd/render/mark_pass.h"
+#include "client-hmd/render/net_pass.h"
 #include "client-hmd/render/present_pass.h"
 #include "client-hmd/render/stage_pass.h"
 #include "client-hmd/render/targets.h"
+#include "client-hmd/render/veil.h"
 
 namespace handloft::client {
 namespace {
@@ -46,8 +48,10 @@ struct Renderer::Implementation {
   MarkPass marks;
   GesturePass gestures;
   IconPass icons;
+  NetPass nets;
   GhostPass ghosts;
   HandOcclusionPass hand;
+  Veil veil;
   FlatPass flat;
   GlProgram resolve;
   GlProgram copy;
@@ -81,23 +85,23 @@ struct Renderer::Implementation {
   }
 
   /// Surfaces first, then the points on top of them: a thin layer of ink just before a nearly opaque one is
-  /// where the weighted average errs most. Between the two, what is at least half opaque hides the points
-  /// behind it.
-  void blend_weighted(const Frame& frame, const EyeUniforms& eye) {
+  /// where the weighted average errs most. The surfaces' veil fades the points behind them.
+  Status blend_weighted(const Frame& frame, const EyeUniforms& eye) {
     begin_sums();
     surfaces.draw(*resident, eye, Stage::weighted);
     marks.draw_transparent(frame, eye, Stage::weighted);
     resolve_sums();
+    const auto width = static_cast<int>(eye.viewport_px.x), height = static_cast<int>(eye.viewport_px.y);
+    if (const Status kept = veil.keep(targets.sum(), targets.weight(), width, height); !kept) return kept;
 
-    glEnable(GL_DEPTH_TEST);
-    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    surfaces.draw(*resident, eye, Stage::mask);
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-
+    EyeUniforms behind = eye;
+    behind.behind_veil = true;
     begin_sums();
-    points.draw(*resident, eye, Stage::weighted);
-    ghosts.draw(eye, Stage::weighted);
+    bind_texture(9, GL_TEXTURE_2D, veil.texture());
+    points.draw(*resident, behind, Stage::weighted);
+    ghosts.draw(behind, Stage::weighted);
     resolve_sums();
+    return {};
   }
 
   void begin_sums() {
@@ -226,10 +230,11 @@ struct Renderer::Implementation {
     marks.draw_fingertips(frame, eye);
     if (options.transparency == Transparency::depth_peeling) {
       blend_peeled(frame, eye);
-    } else {
-      blend_weighted(frame, eye);
+    } else if (const Status blended = blend_weighted(frame, eye); !blended) {
+      return blended;
     }
     targets.bind_picture();
+    nets.draw(frame, eye);
     gestures.draw(frame, eye);
     icons.draw_halos(*scene, eye);
     flat.draw_labels(icon_labels(*scene, eye), eye);
@@ -295,7 +300,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create() {
        {take(StagePass::create(), parts->stage), take(SurfacePass::create(), parts->surfaces),
         take(PointPass::create(), parts->points), take(MarkPass::create(), parts->marks),
         take(GesturePass::create(), parts->gestures), take(IconPass::create(), parts->icons),
-        take(GhostPass::create(), parts->ghosts), take(HandOcclusionPass::create(), parts->hand),
+        take(NetPass::create(), parts->nets), take(GhostPass::create(), parts->ghosts),
+        take(HandOcclusionPass::create(), parts->hand), take(Veil::create(), parts->veil),
         take(FlatPass::create(), parts->flat), take(PresentPass::create(), parts->presenting),
         take(GlProgram::build("resolve", vertex, resolve), parts->resolve),
         take(GlProgram::build("copy", vertex, copy), parts->copy)}) {

@@ -10,58 +10,77 @@ namespace handloft::client {
 namespace {
 
 constexpr std::string_view vertex_glsl = R"glsl(
-layout(location = 0) in vec3 a_position;
-layout(location = 1) in vec3 a_next;
-layout(location = 2) in float a_side;
-layout(location = 3) in float a_along;
+layout(location = 0) in vec3 a_before;
+layout(location = 1) in vec3 a_position;
+layout(location = 2) in vec3 a_after;
+layout(location = 3) in vec3 a_place;  // side, cap, along
 layout(location = 4) in vec3 a_style;  // width, dash, edge
 layout(location = 5) in vec3 a_colour;
 uniform mat4 u_eye_from_world;
 uniform mat4 u_clip_from_eye;
 uniform vec2 u_viewport;
 out vec3 colour;
-out float across;
-out float along;
-flat out vec2 style;
-out float eye_depth;
+noperspective out vec2 at_px;   // across the line, and beyond its end
+noperspective out float along;
+flat out vec3 style;            // half the width in pixels, dash, edge
+
+const float nearest_m = 0.005;
+vec2 screen(vec3 in_eye) {
+  vec4 clip = u_clip_from_eye * vec4(in_eye.xy, min(in_eye.z, -nearest_m), 1.0);
+  return clip.xy / clip.w * 0.5 * u_viewport;
+}
+vec2 way(vec2 from, vec2 to, vec2 otherwise) {
+  vec2 step = to - from;
+  return length(step) > 1e-4 ? normalize(step) : otherwise;
+}
 void main() {
-  vec4 here = u_eye_from_world * vec4(a_position, 1.0);
+  vec3 here = (u_eye_from_world * vec4(a_position, 1.0)).xyz;
   // 1.5 mm nearer along the line of sight: a stroke along a surface lies on it, not half in it.
-  here.xyz *= 1.0 - min(0.0015 / max(length(here.xyz), 1e-4), 0.5);
-  vec4 ahead = u_eye_from_world * vec4(a_next, 1.0);
-  vec4 clip = u_clip_from_eye * here;
-  vec4 clip_ahead = u_clip_from_eye * ahead;
-  vec2 way = (clip_ahead.xy / max(clip_ahead.w, 1e-4) - clip.xy / max(clip.w, 1e-4)) * u_viewport;
-  vec2 normal = length(way) > 1e-6 ? normalize(vec2(-way.y, way.x)) : vec2(0.0, 1.0);
-  float width_px = max(a_style.x * u_viewport.y / 720.0, 1.5);
-  across = a_side;
-  along = a_along;
-  clip.xy += normal * a_side * width_px / u_viewport * clip.w;
+  here *= 1.0 - min(0.0015 / max(length(here), 1e-4), 0.5);
+  vec2 middle = screen(here);
+  vec2 before = screen((u_eye_from_world * vec4(a_before, 1.0)).xyz);
+  vec2 after = screen((u_eye_from_world * vec4(a_after, 1.0)).xyz);
+  vec2 out_way = way(middle, after, vec2(0.0));
+  vec2 in_way = way(before, middle, out_way);
+  if (out_way == vec2(0.0)) out_way = in_way;
+  if (out_way == vec2(0.0)) out_way = in_way = vec2(1.0, 0.0);
+  vec2 left = vec2(-in_way.y, in_way.x);
+  vec2 both = left + vec2(-out_way.y, out_way.x);
+  vec2 mitre = length(both) > 1e-3 ? normalize(both) : left;
+  float half_px = 0.5 * max(a_style.x * u_viewport.y / 720.0, 1.5);
+  float reach = half_px + 1.0;  // One more for the soft edge.
+  float longer = 1.0 / max(dot(mitre, left), 0.45);
+  vec2 offset = mitre * a_place.x * reach * longer + (a_place.y < 0.0 ? in_way : out_way) * a_place.y * reach;
+  vec4 clip = u_clip_from_eye * vec4(here, 1.0);
+  clip.xy += offset / (0.5 * u_viewport) * clip.w;
   colour = a_colour;
-  style = a_style.yz;
-  eye_depth = -here.z;
+  at_px = vec2(a_place.x, abs(a_place.y)) * reach;
+  along = a_place.z;
+  style = vec3(half_px, a_style.yz);
   gl_Position = clip;
 }
 )glsl";
 
 constexpr std::string_view fragment_glsl = R"glsl(
 in vec3 colour;
-in float across;
-in float along;
-flat in vec2 style;  // dash, edge
-in float eye_depth;
+noperspective in vec2 at_px;
+noperspective in float along;
+flat in vec3 style;
+layout(location = 0) out vec4 out_colour;
 uniform float u_opacity;
 void main() {
-  if (style.x > 0.0 && fract(along / style.x) > 0.6) discard;
-  float pixel = fwidth(across);
-  float in_edge = style.y > 0.0 ? smoothstep(1.0 - style.y - 0.5 * pixel, 1.0 - style.y + 0.5 * pixel, abs(across)) : 0.0;
-  vec3 ink = mix(colour, vec3(0.95), in_edge);
-  if (u_opacity < 1.0) {
-    out_weight = vec4(0.0);
-    out_colour = vec4(ink, u_opacity);
-    return;
+  float off = length(at_px);
+  float cover = 1.0 - smoothstep(style.x - 0.5, style.x + 0.5, off);
+  if (style.y > 0.0) {
+    // Dashes take 0.6 of their length; their ends are as soft as the sides.
+    float share = abs(fract(along / style.y) - 0.3) - 0.3;
+    float pixel = max(fwidth(along) / style.y, 1e-5);
+    if (share < 0.5) cover *= 1.0 - smoothstep(-0.5 * pixel, 0.5 * pixel, share);
   }
-  emit(ink, 1.0, eye_depth);
+  if (cover < 0.02) discard;
+  float rim = style.x * (1.0 - style.z);
+  float in_edge = style.z > 0.0 ? smoothstep(rim - 0.5, rim + 0.5, off) : 0.0;
+  out_colour = vec4(mix(colour, vec3(0.95), in_edge), u_opacity * cover);
 }
 )glsl";
 
@@ -81,7 +100,7 @@ RibbonStyle ribbon_style(CurveKind kind, std::uint32_t colour_rgba) {
       style = {{0.02F, 0.035F, 0.07F}, 2.5F, 0.0F, 0.0F};
       break;
     case CurveKind::profile:
-      style = {{0.80F, 0.12F, 0.015F}, 6.5F, 0.0F, 0.32F};
+      style = {{0.80F, 0.12F, 0.015F}, 8.0F, 0.0F, 0.32F};
       break;
     case CurveKind::boundary:
       style = {{0.005F, 0.20F, 0.24F}, 3.0F, boundary_dash_m, 0.0F};
@@ -97,21 +116,39 @@ void Ribbons::add(std::span<const Vec3f> points, bool closed, const RibbonStyle&
   const std::size_t count = points.size();
   if (count < 2) return;
   const std::size_t segments = closed ? count : count - 1;
-  float along = 0.0F;
-  for (std::size_t i = 0; i < segments; ++i) {
-    const Vec3f& a = points[i];
-    const Vec3f& b = points[(i + 1) % count];
-    const float there = along + std::hypot(b.x - a.x, b.y - a.y, b.z - a.z);
-    const auto vertex = [&style](const Vec3f& at, const Vec3f& next, float side, float distance) {
-      return Vertex{at, next, side, distance, style.width, style.dash_m, style.edge, style.colour};
-    };
-    // Both ends look the same way, so that what is left stays left.
-    const Vec3f beyond{2 * b.x - a.x, 2 * b.y - a.y, 2 * b.z - a.z};
-    const Vertex a_left = vertex(a, b, 1.0F, along), a_right = vertex(a, b, -1.0F, along);
-    const Vertex b_left = vertex(b, beyond, 1.0F, there), b_right = vertex(b, beyond, -1.0F, there);
+  const auto at = [&](std::size_t i) -> const Vec3f& { return points[i % count]; };
+  const auto vertex = [&](std::size_t i, float side, float cap, float along) {
+    const bool first = !closed && i == 0, last = !closed && i + 1 == count;
+    return Vertex{first ? at(i) : at(i + count - 1),
+                  at(i),
+                  last ? at(i) : at(i + 1),
+                  side,
+                  cap,
+                  along,
+                  style.width,
+                  style.dash_m,
+                  style.edge,
+                  style.colour};
+  };
+  const auto quad = [this](const Vertex& a_left, const Vertex& a_right, const Vertex& b_left,
+                           const Vertex& b_right) {
     vertices_.insert(vertices_.end(), {a_left, a_right, b_left, b_left, a_right, b_right});
+  };
+  const auto cap = [&](std::size_t i, float way, float along) {
+    quad(vertex(i, 1.0F, 0.0F, along), vertex(i, -1.0F, 0.0F, along), vertex(i, 1.0F, way, along),
+         vertex(i, -1.0F, way, along));
+  };
+  float along = 0.0F;
+  if (!closed) cap(0, -1.0F, along);
+  for (std::size_t i = 0; i < segments; ++i) {
+    const Vec3f& a = at(i);
+    const Vec3f& b = at(i + 1);
+    const float there = along + std::hypot(b.x - a.x, b.y - a.y, b.z - a.z);
+    quad(vertex(i, 1.0F, 0.0F, along), vertex(i, -1.0F, 0.0F, along), vertex(i + 1, 1.0F, 0.0F, there),
+         vertex(i + 1, -1.0F, 0.0F, there));
     along = there;
   }
+  if (!closed) cap(count - 1, 1.0F, along);
 }
 
 void Ribbons::add_segment(const glm::vec3& from, const glm::vec3& to, const RibbonStyle& style) {
@@ -122,7 +159,7 @@ void Ribbons::add_segment(const glm::vec3& from, const glm::vec3& to, const Ribb
 Result<RibbonPass> RibbonPass::create() {
   RibbonPass pass;
   const std::array vertex{vertex_glsl};
-  const std::array fragment{emit_glsl, fragment_glsl};
+  const std::array fragment{fragment_glsl};
   Result<GlProgram> program = GlProgram::build("ribbon", vertex, fragment);
   if (!program) return program.error();
   pass.program_ = std::move(*program);
@@ -135,10 +172,10 @@ Result<RibbonPass> RibbonPass::create() {
     glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, sizeof(Ribbons::Vertex),
                           reinterpret_cast<const void*>(at));
   };
-  attribute(0, 3, offsetof(Ribbons::Vertex, position));
-  attribute(1, 3, offsetof(Ribbons::Vertex, next));
-  attribute(2, 1, offsetof(Ribbons::Vertex, side));
-  attribute(3, 1, offsetof(Ribbons::Vertex, along_m));
+  attribute(0, 3, offsetof(Ribbons::Vertex, before));
+  attribute(1, 3, offsetof(Ribbons::Vertex, position));
+  attribute(2, 3, offsetof(Ribbons::Vertex, after));
+  attribute(3, 3, offsetof(Ribbons::Vertex, side));
   attribute(4, 3, offsetof(Ribbons::Vertex, width));
   attribute(5, 3, offsetof(Ribbons::Vertex, colour));
   glBindVertexArray(0);
@@ -155,7 +192,11 @@ void RibbonPass::draw(const Ribbons& ribbons, const EyeUniforms& eye, float opac
   set_common_uniforms(program_, eye, Stage::opaque);
   program_.set("u_viewport", eye.viewport_px);
   program_.set("u_opacity", opacity);
+  const GLboolean was_blending = glIsEnabled(GL_BLEND);
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(ribbons.vertices_.size()));
+  if (was_blending == GL_FALSE) glDisable(GL_BLEND);
   glBindVertexArray(0);
 }
 

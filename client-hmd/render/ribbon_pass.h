@@ -1,7 +1,9 @@
 #pragma once
-// Lines in space as ribbons of constant width on the screen. Kinds of curves differ in more than colour, so
-// that they can be told apart without it: a profile stroke has light edges, a boundary is dashed, any other
-// curve is a thin plain line.
+// Lines in space as ribbons of constant width on the screen, mitred where they bend and round at their ends,
+// with soft edges: one pixel of falloff, blended. A width is told in pixels of a picture 720 high and grows
+// with the picture, so that it is the same share of the view in mono, in stereo and in stills. Kinds of
+// curves differ in more than colour, so that they can be told apart without it: a profile stroke has light
+// edges, a boundary is dashed, any other curve is a thin plain line.
 
 #include <cstdint>
 #include <span>
@@ -34,9 +36,10 @@ class Ribbons {
  private:
   friend class RibbonPass;
   struct Vertex {
-    Vec3f position, next;
-    float side;
-    float along_m;  ///< From the line's beginning.
+    Vec3f before, position, after;  ///< Neighbours on the line; at an end the place itself.
+    float side;                     ///< -1 or 1
+    float cap;                      ///< -1 or 1: pushed out at the beginning or end; else 0.
+    float along_m;                  ///< From the line's beginning.
     float width, dash_m, edge;
     glm::vec3 colour;
   };
@@ -46,7 +49,7 @@ class Ribbons {
 class RibbonPass {
  public:
   static Result<RibbonPass> create();
-  /// With the depth test as it is set. `opacity` 1: emitted for the opaque stage; below: blended over.
+  /// Blended over what is there; with the depth test and the depth mask as they are set.
   void draw(const Ribbons& ribbons, const EyeUniforms& eye, float opacity) const;
 
  private:

@@ -20,7 +20,7 @@ std::shared_ptr<const Scene> scene_of(const Design& design) {
 struct Direction {
   double azimuth_rad, elevation_rad;
 };
-constexpr Direction at_mouse{-0.95, 0.55}, at_seat{-0.95, 0.30}, at_panel{-1.25, 0.22}, at_hood{-1.15, 0.50};
+constexpr Direction at_mouse{-0.95, 0.55}, at_seat{0.855, 0.30}, at_panel{1.29, 0.105}, at_hood{-1.15, 0.50};
 
 std::function<Frame()> view(const Design& design, Representation representation, Direction from,
                             std::function<void(Frame&)> more = {}) {
@@ -71,8 +71,6 @@ std::vector<GoldenView> mouse_views() {
       {"mouse_surface", view(mouse, Representation::surface, at_mouse)},
       {"mouse_both", view(mouse, Representation::both, at_mouse)},
       {"mouse_zebra", view(mouse, Representation::surface, at_mouse, shaded(Shading::zebra))},
-      {"mouse_car_paint", view(mouse, Representation::surface, at_mouse, shaded(Shading::car_paint))},
-      {"mouse_wires", view(mouse, Representation::surface, at_mouse, with_wires)},
       {"mouse_distances", view(mouse, Representation::surface, at_mouse,
                                [](Frame& frame) { frame.distances = DistanceScale{0.01F}; })},
       {"mouse_from_behind", view(mouse, Representation::surface, {1.9, 0.4})},
@@ -100,8 +98,7 @@ std::vector<GoldenView> seat_views() {
       {"seat_both", view(seat, Representation::both, at_seat)},
       {"seat_zebra", view(seat, Representation::surface, at_seat, shaded(Shading::zebra))},
       {"seat_clay", view(seat, Representation::surface, at_seat, shaded(Shading::clay))},
-      {"seat_from_the_front", view(seat, Representation::surface, {-1.5708, 0.15})},
-      {.name = "seat_pair", .frame = view(seat, Representation::both, at_seat), .eye_distance_m = 0.064},
+      {"seat_from_the_front", view(seat, Representation::surface, {1.5708, 0.15})},
   };
 }
 
@@ -114,11 +111,7 @@ std::vector<GoldenView> panel_views() {
       {"panel_both", view(panel, Representation::both, at_panel)},
       {"panel_zebra", view(panel, Representation::surface, at_panel, shaded(Shading::zebra))},
       {"panel_car_paint", view(panel, Representation::surface, at_panel, shaded(Shading::car_paint))},
-      {"panel_silver", view(panel, Representation::surface, at_panel, shaded(Shading::silver))},
       {"panel_wires", view(panel, Representation::surface, at_panel, with_wires)},
-      {.name = "panel_pair",
-       .frame = view(panel, Representation::surface, at_panel),
-       .eye_distance_m = 0.064},
   };
 }
 
@@ -142,7 +135,6 @@ std::vector<GoldenView> sculpt_views() {
       {"hood_icons_zebra", view(icons, Representation::surface, at_hood, shaded(Shading::zebra))},
       {"hood_net", view(icons, Representation::surface, at_hood, with_net(icons))},
       {"hood_committed", view(hood, Representation::surface, at_hood)},
-      {"hood_committed_silver", view(hood, Representation::surface, at_hood, shaded(Shading::silver))},
       {"saddle_points", view(saddle, Representation::points, at_mouse)},
       {"saddle_surface", view(saddle, Representation::surface, at_mouse)},
   };

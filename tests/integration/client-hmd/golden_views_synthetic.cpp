@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "client-hmd/hud/hud.h"
 #include "client-hmd/main/scene_extent.h"
 #include "tests/integration/client-hmd/blend_scenes.h"
 #include "tests/integration/client-hmd/film_scene.h"
@@ -56,25 +55,6 @@ std::shared_ptr<const Scene> in_the_air(std::uint64_t by) {
   });
 }
 
-/// Without a font at hand: about as wide as its letters are.
-float rough_width(std::string_view text) {
-  return 0.55F * static_cast<float>(text.size());
-}
-
-Frame with_words(int height_px) {
-  Frame frame = near_frame(Representation::surface);
-  HudStatus status;
-  status.model_connected = status.has_scene = true;
-  status.shapes = status.surfaces = 1;
-  status.points = 200;
-  status.selected = "top";
-  status.tool = "laying points";
-  status.hand = HandStatus{v1::GESTURE_OPEN, 0.6, true, true, 80};
-  status.others = {"Anna"};
-  frame.overlay = layout_hud(status, view_width_px, height_px, rough_width);
-  return frame;
-}
-
 }  // namespace
 
 Frame frame_from(std::shared_ptr<const Scene> scene, const OrbitCamera& camera) {
@@ -108,7 +88,6 @@ std::vector<GoldenView> synthetic_views() {
       {"synthetic_points", [] { return near_frame(Representation::points); }},
       {"synthetic_surface", [] { return near_frame(Representation::surface); }},
       {"synthetic_both", [] { return near_frame(Representation::both); }},
-      {"synthetic_clay", shaded(Shading::clay)},
       {"synthetic_car_paint", shaded(Shading::car_paint)},
       {"synthetic_silver", shaded(Shading::silver)},
       {"synthetic_zebra", shaded(Shading::zebra)},
@@ -125,7 +104,6 @@ std::vector<GoldenView> synthetic_views() {
          return frame;
        }},
       {"synthetic_top", [] { return frame_from(synthetic_scene(), near_camera(-1.5708, 1.5, 0.35)); }},
-      {"synthetic_low", [] { return frame_from(synthetic_scene(), near_camera(0.3, 0.08, 0.35)); }},
       {"synthetic_in_the_room", [] { return usual_frame(synthetic_scene()); }},
       {"empty_table", [] { return usual_frame(nullptr); }},
       {"palette_second_page",
@@ -135,7 +113,6 @@ std::vector<GoldenView> synthetic_views() {
          frame.touched = PaletteCommand::redo;
          return frame;
        }},
-      {"synthetic_words", [] { return with_words(view_height_px); }},
       {.name = "synthetic_pair",
        .frame = [] { return near_frame(Representation::both); },
        .eye_distance_m = 0.064},
@@ -159,7 +136,6 @@ std::vector<GoldenView> gesture_views() {
   };
   return {
       {"gestures_disk", with_disk(0.4F)},
-      {"gestures_disk_full", with_disk(1.0F)},
       {"gestures_profile", with_curve(CurveKind::profile)},
       {"gestures_boundary", with_curve(CurveKind::boundary)},
       {"gestures_kinds",
