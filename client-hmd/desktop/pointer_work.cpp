@@ -50,7 +50,8 @@ std::optional<glm::dvec3> PointerWork::place_at(const glm::dvec2& at_px, const P
     if (const auto point = world.picker.snap(world.scene, world.eye, at_px)) return point->at;
   }
   const auto over = world.picker.pick(world.scene, world.eye, at_px);
-  if (sticks_to(world.settings, tool_, over)) {
+  // From point to point it would jump.
+  if (sticks_to(world.settings, tool_, over) && over->on_surface) {
     plane_.origin = over->at;  // Beyond the shape's edge it goes on at this depth.
     return over->at;
   }

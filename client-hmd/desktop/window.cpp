@@ -96,16 +96,16 @@ Result<std::unique_ptr<Window>> Window::open(int width_px, int height_px, const 
   });
   glfwSetCursorPosCallback(self->window_, [](GLFWwindow* handle, double x, double y) {
     Window& window = window_of(handle);
-    window.add(PointerMoved{window.in_pixels(x, y)});
+    window.pointer_px_ = window.in_pixels(x, y);
+    window.add(PointerMoved{window.pointer_px_});
   });
   glfwSetMouseButtonCallback(self->window_, [](GLFWwindow* handle, int number, int action, int mods) {
     const auto button = button_of(number);
     if (!button) return;
     Window& window = window_of(handle);
     window.modifiers_ = modifiers_of(mods);
-    double x = 0.0, y = 0.0;
-    glfwGetCursorPos(handle, &x, &y);
-    window.add(ButtonChanged{*button, action == GLFW_PRESS, window.in_pixels(x, y)});
+    // Where the pointer was then: asked for, its place would be the one at the end of all waiting events.
+    window.add(ButtonChanged{*button, action == GLFW_PRESS, window.pointer_px_});
   });
   glfwSetCursorEnterCallback(self->window_, [](GLFWwindow* handle, int entered) {
     if (entered == GLFW_FALSE) window_of(handle).add(PointerLeft{});
@@ -116,6 +116,9 @@ Result<std::unique_ptr<Window>> Window::open(int width_px, int height_px, const 
     window.modifiers_ = {};
     window.add(FocusLost{});
   });
+  double x = 0.0, y = 0.0;
+  glfwGetCursorPos(self->window_, &x, &y);
+  self->pointer_px_ = self->in_pixels(x, y);
   self->pen_ = PenListener::open();
   return self;
 }

@@ -58,6 +58,7 @@ class Window {
   std::unique_ptr<PenListener> pen_;  ///< Null where there is none.
   WindowInput input_;
   Modifiers modifiers_;
+  glm::dvec2 pointer_px_{0.0};
   TimePoint polled_at_;
 };
 
