@@ -27,7 +27,9 @@ void FramePacer::set_period(std::optional<Duration> period) {
 }
 
 FramePlan FramePacer::plan(TimePoint now) const {
-  if (!period_) return {now, now, now, now + unpaced_latency_};
+  if (!period_) {
+    return {now, now, now, now + std::max(unpaced_latency_, scene_.last() + last_pass_.last())};
+  }
   if (!last_swap_) return {now, now, now + *period_, now + *period_ + *period_ / 2};
   const Duration last = last_pass_.get() + margin_;
   const Duration whole = scene_.get() + last;

@@ -35,7 +35,8 @@ class FramePacer {
   explicit FramePacer(const FramePacerOptions& options = {})
       : options_(options), margin_(options.smallest_margin) {}
 
-  /// None: nothing refreshes, plans begin at once and `light` is `unpaced_latency` later.
+  /// None: nothing refreshes, plans begin at once, and `light` comes after as long as the last frame took,
+  /// but at least `unpaced_latency` later.
   void set_period(std::optional<Duration> period);
   void set_unpaced_latency(Duration latency) { unpaced_latency_ = latency; }
 
@@ -54,6 +55,7 @@ class FramePacer {
    public:
     void add(Duration duration);
     Duration get() const;
+    Duration last() const { return durations_[(next_ + window - 1) % window]; }
 
    private:
     static constexpr std::size_t window = 32;

@@ -56,6 +56,8 @@ TEST(FramePacer, NeverPlansBeforeNowAndNeverWaitsWithoutARefresh_V5) {
   EXPECT_EQ(plan.begin, at_ms(7.0));
   EXPECT_EQ(plan.latch, at_ms(7.0));
   EXPECT_EQ(plan.light, at_ms(23.0));
+  none.drew(milliseconds(70), milliseconds(5));
+  EXPECT_EQ(none.plan(at_ms(7.0)).light, at_ms(82.0)) << "as the last frame took";
   FramePacer slow = paced();
   slow.drew(milliseconds(35), milliseconds(1));  // Longer than a period.
   for (double now = 20.0; now < 60.0; now += 0.7) {
