@@ -243,6 +243,8 @@ void FrameLoop::count_frame(TimePoint begin, const ModelState& model) {
   const TimePoint now = parts_.clock.now();
   figures_.frame_time.add(now - begin);
   if (!model.connected && model.snapshots > 0) figures_.frame_time_alone.add(now - begin);
+  constexpr std::uint64_t told_every = 10;
+  if (figures_.frame_time.count() % told_every == 0) log_.debug("{} frames", figures_.frame_time.count());
   if (model.scene != presented_ && model.scene_capture_time != TimePoint{}) {
     figures_.capture_to_presentation.add(now - model.scene_capture_time);
   }

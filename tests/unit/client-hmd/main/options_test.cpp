@@ -86,5 +86,23 @@ TEST(Report, NamesTheFiguresThatTheSummaryReads) {
   }
 }
 
+TEST(Options, OfSequencesNeedAFolderAndStandAlone_V8) {
+  const auto turntable =
+      parse({"--turntable", "round", "--frames", "24", "--elevation", "30", "--transparent"});
+  ASSERT_TRUE(turntable.ok()) << turntable.error().describe();
+  EXPECT_TRUE(turntable->options.shots.wanted());
+  EXPECT_EQ(turntable->options.shots.frames, 24);
+  EXPECT_TRUE(turntable->options.offscreen) << "no display is needed";
+  EXPECT_TRUE(parse({"--script", "path.toml", "--pictures", "folder", "--overwrite"}).ok());
+  EXPECT_FALSE(parse({})->options.shots.wanted());
+
+  EXPECT_EQ(parse({"--script", "path.toml"}).error().field, "pictures");
+  EXPECT_EQ(parse({"--pictures", "folder"}).error().field, "script");
+  EXPECT_EQ(parse({"--turntable", "a", "--script", "b", "--pictures", "c"}).error().field, "script");
+  EXPECT_EQ(parse({"--turntable", "a", "--report", "r.json"}).error().field, "turntable");
+  EXPECT_FALSE(parse({"--turntable", "a", "--frames", "0"}).ok());
+  EXPECT_FALSE(parse({"--turntable", "a", "--elevation", "90"}).ok());
+}
+
 }  // namespace
 }  // namespace handloft::client
