@@ -17,9 +17,9 @@ constexpr int messages_per_frame = 60;
 /// Twenty seconds of a path. Beyond, the server is not keeping up, and the oldest motion is given up.
 constexpr std::size_t most_waiting = 4000;
 
-/// Without a window nobody moves a hand.
+/// Without a window nobody moves a hand, nor with two pictures side by side.
 bool wants_hand(const HmdOptions& options) {
-  return !options.offscreen && !options.once && !options.view_only;
+  return !options.offscreen && !options.once && !options.view_only && !options.stereo;
 }
 
 Status send_one(ModelFeed& feed, const HandMessage& message) {
@@ -65,7 +65,6 @@ InputWishes DesktopLink::handle(const DesktopInput& input, ModelFeed& feed, View
   const std::shared_ptr<const ModelState> model = feed.state();
   const DesktopWorld world{*model->scene, view.orbit, input.size, view.camera == CameraMode::orbit};
   desktop_.set_connection({model->connected && model->takes_hands, model->own_client_id});
-  desktop_.set_taken(input.taken);
   for (const Acknowledgement& answer : feed.take_acknowledgements()) {
     if (!answer.refusal.empty()) {
       desktop_.on_refusal(fmt::format("{}: {}", answer.what, answer.refusal), input.now);
@@ -74,7 +73,10 @@ InputWishes DesktopLink::handle(const DesktopInput& input, ModelFeed& feed, View
     }
   }
   for (const DesktopCommand& command : input.commands) desktop_.on_command(command, input.now, world);
+  // What panels took of the events is not among these; what they lie over now is not where they were.
+  desktop_.set_taken({});
   for (const InputEvent& event : input.events) desktop_.on_event(event, world);
+  desktop_.set_taken(input.taken);
   desktop_.on_frame(input.now, world);
   send(feed, *model, input.now);
   return apply(desktop_.take_wishes(), *model->scene, input.size, view);

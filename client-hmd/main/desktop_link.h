@@ -27,9 +27,9 @@ struct InputWishes {
 
 /// One frame's input.
 struct DesktopInput {
-  const std::vector<InputEvent>& events;
+  const std::vector<InputEvent>& events;        ///< Without those that panels took.
   const std::vector<DesktopCommand>& commands;  ///< Of panels.
-  InputTaken taken;                             ///< By panels.
+  InputTaken taken;                             ///< By panels, after these events.
   PictureSize size;
   TimePoint now;
 };
