@@ -84,6 +84,15 @@ bool HostileConnection::survives() {
          receive_until([this](const v1::Envelope& e) { return e.has_pong() && e.pong().id() == pings_; });
 }
 
+void HostileConnection::hold() {
+  while (const std::optional<v1::Envelope> envelope = receive()) {
+    if (!envelope->has_ping()) continue;
+    v1::Envelope answer;
+    answer.mutable_pong()->set_id(envelope->ping().id());
+    if (!send(answer)) return;
+  }
+}
+
 HostileServer::HostileServer(const net::Endpoint& endpoint, Serve serve)
     : serve_(std::move(serve)), stop_(eventfd(0, EFD_CLOEXEC)) {
   Result<net::Listener> listener = net::listen_on(endpoint);

@@ -36,7 +36,8 @@ class HostileConnection {
   /// Sends a Ping behind what was sent before and waits for its Pong: true when the client has read it all
   /// and lives on, false when it hung up.
   bool survives();
-  bool hung_up() { return !survives(); }
+  /// Answers the client's Pings until it hangs up or the server ends.
+  void hold();
 
   // False: the client hung up.
   bool send(const v1::Envelope& envelope);

@@ -163,10 +163,6 @@ bool serve_good_scene(HostileConnection& client) {
   return client.greet() && client.wait_for_join() && send_good_scene(client) && client.survives();
 }
 
-void hold(HostileConnection& client) {
-  (void)client.receive_until([](const v1::Envelope&) { return false; });
-}
-
 const std::vector<Attack>& attacks() {
   using enum Outcome;
   static const std::vector<Attack> all{

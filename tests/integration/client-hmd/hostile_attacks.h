@@ -38,7 +38,5 @@ bool send_good_scene(handloft::test::HostileConnection& client);
 inline constexpr std::size_t good_points = 3;
 /// Greets, is joined, and sends it.
 bool serve_good_scene(handloft::test::HostileConnection& client);
-/// Until the client or the test ends it.
-void hold(handloft::test::HostileConnection& client);
 
 }  // namespace handloft::client::test

@@ -58,7 +58,7 @@ TEST(HostileServers, TheProgramLivesThroughAllAttacksAndShowsTheLastGoodScene_V5
   // What the good scene looks like.
   {
     HostileServer good(endpoint, [](HostileConnection& client) {
-      if (test::serve_good_scene(client)) test::hold(client);
+      if (test::serve_good_scene(client)) client.hold();
     });
     std::vector<std::string> words = viewer(endpoint, folder.path(), "good");
     words.push_back("--once");
@@ -87,7 +87,7 @@ TEST(HostileServers, TheProgramLivesThroughAllAttacksAndShowsTheLastGoodScene_V5
       if (!test::send_good_scene(client) || !client.survives()) return;
     }
     done.set_value();
-    test::hold(client);
+    client.hold();
   };
   std::string peak;
   std::string log;

@@ -78,13 +78,13 @@ TEST_P(AnAttack, LeavesThePictureAndTheNextGoodSceneIsTaken_V5) {
   std::atomic<int> connections{0};
   const auto serve = [&](HostileConnection& client) {
     if (!test::serve_good_scene(client)) return;
-    if (++connections > 1) return test::hold(client);
+    if (++connections > 1) return client.hold();
     good.reach();
     survived = attack.run(client) && client.survives();
     attacked.reach();
     if (!looked.wait() || !survived) return;
     (void)test::send_good_scene(client);
-    test::hold(client);
+    client.hold();
   };
   std::unique_ptr<ModelFeed> feed;
   HostileServer server(endpoint(), serve);
@@ -128,7 +128,7 @@ TEST_P(ABadGreeting, IsToldAndTriedAgain_V5) {
       GetParam().run(client);
       return;
     }
-    if (test::serve_good_scene(client)) test::hold(client);
+    if (test::serve_good_scene(client)) client.hold();
   };
   HostileServer server(endpoint(), serve);
   const std::unique_ptr<ModelFeed> feed = ModelFeed::start(endpoint(), clock_, Logger("feed", LogLevel::off));
@@ -148,7 +148,7 @@ TEST_F(HostileServers, AnotherVersionIsToldInWords_V5) {
   HostileServer server(endpoint(), [](HostileConnection& client) {
     (void)client.receive_until([](const v1::Envelope& e) { return e.has_hello(); });
     test::bad_greetings().front().run(client);
-    test::hold(client);
+    client.hold();
   });
   const std::unique_ptr<ModelFeed> feed = ModelFeed::start(endpoint(), clock_, Logger("feed", LogLevel::off));
   ASSERT_TRUE(eventually([&] { return !feed->state()->problem.empty(); }));
@@ -170,7 +170,7 @@ TEST_F(HostileServers, AServerThatComesBackWithTheSameSceneChangesNothing_V5) {
     if (++served == 1) {
       (void)restart.wait();
     } else {
-      test::hold(client);
+      client.hold();
     }
   };
   HostileServer server(endpoint(), serve);
@@ -214,7 +214,7 @@ TEST_F(HostileServers, AServerThatComesBackInPiecesDoesNotFlicker_V5) {
     *later.mutable_delta() = test::delta();
     later.mutable_delta()->set_epoch(8);
     *later.mutable_delta()->mutable_changed(0)->mutable_surface() = test::triangle(0.2F);
-    if (client.send(later)) test::hold(client);
+    if (client.send(later)) client.hold();
   };
   HostileServer server(endpoint(), serve);
   ManualClock clock(from_ns(1'000'000'000));
@@ -244,7 +244,7 @@ TEST_F(HostileServers, AServerThatLostItsSceneIsSeenToHaveLostItAfterHalfASecond
     if (served == 1) {
       (void)restart.wait();
     } else {
-      test::hold(client);
+      client.hold();
     }
   };
   HostileServer server(endpoint(), serve);
