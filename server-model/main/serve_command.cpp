@@ -27,6 +27,7 @@ constexpr const char* description =
 int serve_command(const std::vector<std::string>& arguments) {
   session::ServeOptions options;
   std::string at_end = "stay";
+  std::string acknowledge = "durable";
   std::string log_level = "info";
   std::string read_folder = ".";
   std::string write_folder = ".";
@@ -36,7 +37,14 @@ int serve_command(const std::vector<std::string>& arguments) {
             TextRule{.choices = {}, .value_name = "ENDPOINT"});
   table.add("tracking", options.tracking, "Where handloft-trackd publishes; none: no hand",
             TextRule{.choices = {}, .value_name = "ENDPOINT"});
-  table.add("script", options.script, "Script to run before anybody is served",
+  table.add("store", options.store,
+            "The model's file, made when missing: every operation is kept there; none: nothing is kept",
+            TextRule{.choices = {}, .value_name = "FILE"});
+  table.add("acknowledge", acknowledge,
+            "With a store: when an editor's operation is answered, once it is on the disk or at once",
+            TextRule{.choices = {"durable", "applied"}, .value_name = ""});
+  table.add("script", options.script,
+            "Script to run before anybody is served; not on a store that has operations",
             TextRule{.choices = {}, .value_name = "FILE"});
   table.add("report", options.report, "JSON report to write at the end",
             TextRule{.choices = {}, .value_name = "FILE"});
@@ -68,6 +76,8 @@ int serve_command(const std::vector<std::string>& arguments) {
     return exit_usage;
   }
   options.log_level = *level;
+  options.acknowledge = acknowledge == "applied" ? session::ActorOptions::Acknowledge::applied
+                                                 : session::ActorOptions::Acknowledge::durable;
   options.at_end = at_end == "exit" ? session::ServeOptions::AtEnd::exit : session::ServeOptions::AtEnd::stay;
   options.files.read_folder = read_folder;
   options.files.write_folder = write_folder;

@@ -24,12 +24,14 @@ Model::Model(Document initial, ApplyContext context)
   touch_all();
 }
 
-Model::Model(FormerModel former, ApplyContext context)
-    : context_(std::move(context)), history_(std::move(former.history)), sequence_(former.sequence) {
-  if (!context_.sculpt_solvers) context_.sculpt_solvers = std::make_shared<SculptSolvers>();
-  touch_all();
+Model Model::restored(FormerModel former, ApplyContext context) {
+  Model model(Document(), std::move(context));
+  model.history_ = std::move(former.history);
+  model.sequence_ = former.sequence;
+  model.touch_all();
   for (const FormerModel::Answer& answer : former.answers)
-    remember(answer.client_id, answer.client_op_id, answer.submitted);
+    model.remember(answer.client_id, answer.client_op_id, answer.submitted);
+  return model;
 }
 
 void Model::touch_all() {
@@ -42,6 +44,13 @@ Result<Submitted> Model::submit(const v1::Operation& operation) {
   if (operation.client_op_id() != 0) {
     const auto known = answered_.find({operation.client_id(), operation.client_op_id()});
     if (known != answered_.end()) return known->second;
+    if (journal_) {
+      if (auto before = journal_->answered(operation.client_id(), operation.client_op_id()))
+        return *std::move(before);
+    }
+  }
+  if (journal_) {
+    if (auto status = journal_->accepting(); !status) return status.error();
   }
   auto submitted =
       operation.has_undo() || operation.has_redo() ? step_history(operation) : submit_new(operation);
@@ -49,6 +58,7 @@ Result<Submitted> Model::submit(const v1::Operation& operation) {
     touch(submitted->changes);
     submitted->cancelled_gestures = rebase_provisional();
     remember(operation.client_id(), operation.client_op_id(), *submitted);
+    if (journal_ && submitted->sequence != 0) journal_->applied(*submitted, *this);
   }
   return submitted;
 }

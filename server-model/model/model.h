@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -48,6 +49,18 @@ struct FormerModel {
   std::vector<Answer> answers;  ///< Oldest first; the last Model::remembered_answers are kept.
 };
 
+class Model;
+
+/// Who keeps what is applied (store/model_store.h). Called on the model's thread; must not wait for a disk.
+struct Journal {
+  /// What was answered to an operation that the model itself no longer remembers; nullopt: nothing.
+  std::function<std::optional<Submitted>(std::uint64_t client_id, std::uint64_t client_op_id)> answered;
+  /// An error refuses every operation: what cannot be kept is not applied.
+  std::function<Status()> accepting;
+  /// In the order of the sequence, each once; the model is as it is afterwards.
+  std::function<void(const Submitted& submitted, const Model& model)> applied;
+};
+
 class Model {
  public:
   /// A client that lost an acknowledgement retries within seconds; this many operations of all clients are
@@ -55,7 +68,10 @@ class Model {
   static constexpr std::size_t remembered_answers = 1024;
 
   explicit Model(Document initial = {}, ApplyContext context = {});
-  explicit Model(FormerModel former, ApplyContext context = {});
+  /// As it was.
+  static Model restored(FormerModel former, ApplyContext context = {});
+  /// From now on. All three must be there.
+  void keep_in(Journal journal) { journal_ = std::move(journal); }
 
   /// Applies one operation, undo and redo among them. An operation with the client_id and a client_op_id (not
   /// 0) of an earlier one is answered as that one was and applied no second time (the last 1024 are
@@ -107,6 +123,7 @@ class Model {
   std::vector<std::string> rebase_provisional();
 
   ApplyContext context_;
+  std::optional<Journal> journal_;
   History history_;
   std::map<ProvisionalId, Provisional> provisional_;
   ProvisionalId next_provisional_ = 1;

@@ -68,6 +68,7 @@ void ModelActor::stop() {
   if (thread_.joinable()) thread_.join();
   pool_.stop();
   pool_.join();
+  if (options_.store) options_.store->flush();
 }
 
 void ModelActor::post(std::function<void()> work) {
@@ -199,7 +200,7 @@ void ModelActor::on_command(const HandOwner& owner, const v1::HandCommand& comma
   report(source, outcome);
   publish_presence(source, static_cast<int>(command.hand()) + 1);
   if (!answer.refusal.empty()) {
-    done(make_error(answer.refused_as, answer.refusal, "hand_command.command"));
+    answer_when_saved(make_error(answer.refused_as, answer.refusal, "hand_command.command"), done);
   } else if (!outcome.exports.empty()) {
     export_for_hand(owner.client_id, done);
   } else {
@@ -209,8 +210,23 @@ void ModelActor::on_command(const HandOwner& owner, const v1::HandCommand& comma
       for (std::string& id : submitted.changes.all()) result.entities.push_back(std::move(id));
       result.notes.insert(result.notes.end(), submitted.notes.begin(), submitted.notes.end());
     }
-    done(std::move(result));
+    answer_when_saved(std::move(result), done);
   }
+}
+
+void ModelActor::answer_when_saved(Result<Outcome> outcome,
+                                   const std::function<void(Result<Outcome>)>& done) {
+  if (!options_.store || options_.acknowledge == ActorOptions::Acknowledge::applied) {
+    done(std::move(outcome));
+    return;
+  }
+  options_.store->when_durable(model_.sequence(), [outcome = std::move(outcome), done](const Status& saved) {
+    if (saved || !outcome || outcome->sequence == 0) {
+      done(outcome);
+    } else {
+      done(make_error(saved.error().code, "it was done, but could not be saved: " + saved.error().message));
+    }
+  });
 }
 
 void ModelActor::count_sequence(const v1::TrackingFrame& frame) {
@@ -331,7 +347,7 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
                             const std::function<void(Result<Outcome>)>& answer) {
     auto submitted = model_.submit(resolved);
     if (!submitted) {
-      answer(submitted.error());
+      answer_when_saved(submitted.error(), answer);
       return;
     }
     if (submitted->sequence != 0) publish_scene();
@@ -339,7 +355,7 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
     outcome.sequence = submitted->sequence;
     outcome.entities = submitted->changes.all();
     outcome.notes = submitted->notes;
-    answer(std::move(outcome));
+    answer_when_saved(std::move(outcome), answer);
   };
   if (operation.has_export_()) {
     post([this, operation = std::move(operation), files = std::move(files), done = std::move(done)] {

@@ -33,6 +33,7 @@
 #include "server-model/session/presence.h"
 #include "server-model/session/resolve_operation.h"
 #include "server-model/session/script_target.h"
+#include "server-model/store/model_store.h"
 #include "server-model/stream/mesh_cache.h"
 #include "server-model/stream/scene.h"
 #include "server-model/stream/scene_builder.h"
@@ -50,7 +51,15 @@ struct ActorOptions {
   std::shared_ptr<const exchange::CadKernel> cad;  ///< By what; as model::FileAccess::cad.
   /// How long presence tells what became of an export: as long as reading a file's name takes.
   Duration notice_for = std::chrono::seconds(5);
-  std::size_t pool_threads = 1;  ///< Two cores: one for the model, one for the rest.
+  /// Keeps what is applied (serve --store); null: nothing is kept. The model that it gave back is the
+  /// actor's.
+  std::shared_ptr<store::ModelStore> store;
+  enum class Acknowledge {
+    applied,  ///< When the model has it: as quick as without a store, and a crash may lose it.
+    durable,  ///< When it is on the disk. Viewers see it at once all the same.
+  };
+  Acknowledge acknowledge = Acknowledge::durable;  ///< When a client's operation is answered, with a store.
+  std::size_t pool_threads = 1;                    ///< Two cores: one for the model, one for the rest.
 };
 
 /// Called from the model's thread; must not block. Any may be empty.
@@ -111,8 +120,8 @@ class ModelActor {
   /// Nothing more comes of any hand: all gestures in the air end, as with tracking_lost().
   void end_gestures();
 
-  /// `done` is called on the model's thread or the pool's. Thread-safe; the caller bounds how much it has
-  /// under way.
+  /// `done` is called on the model's thread, the pool's or the store's. Thread-safe; the caller bounds how
+  /// much it has under way.
   void submit(v1::Operation operation, model::FileAccess files, std::function<void(Result<Outcome>)> done);
   void ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done);
 
@@ -123,10 +132,14 @@ class ModelActor {
   /// Waits for its turn on the model's thread. Not from there.
   ActorState state();
 
-  /// Ends the threads after what they are at; nothing is called afterwards. state() still works.
+  /// Ends the threads after what they are at, when all that was applied is durable or has failed to be;
+  /// nothing is called afterwards. state() still works.
   void stop();
 
  private:
+  /// At once, or when all that was applied is durable, so that answers keep their order. Then `done` is
+  /// called on the store's thread.
+  void answer_when_saved(Result<Outcome> outcome, const std::function<void(Result<Outcome>)>& done);
   void on_frame(HandSource& source, const v1::TrackingFrame& frame);
   void count_sequence(const v1::TrackingFrame& frame);
   void on_command(const HandOwner& owner, const v1::HandCommand& command,

@@ -22,6 +22,7 @@
 #include "server-model/session/script_runner.h"
 #include "server-model/session/server.h"
 #include "server-model/session/tracking_link.h"
+#include "server-model/store/model_store.h"
 
 namespace handloft::session {
 namespace {
@@ -34,6 +35,8 @@ constexpr auto flush_timeout = 5s;
 constexpr auto poll_interval = 5ms;
 /// Connections are closed within a second (Connection::close()).
 constexpr auto close_timeout = 1500ms;
+/// A start has room for a million clients of each endpoint (server.cpp has the endpoints above).
+constexpr int epoch_shift = 20;
 
 Result<std::vector<net::Endpoint>> endpoints_of(const ServeOptions& options) {
   std::vector<net::Endpoint> endpoints;
@@ -51,9 +54,9 @@ Result<std::vector<net::Endpoint>> endpoints_of(const ServeOptions& options) {
 }
 
 /// The model as the script leaves it; a failing line is an error that names it.
-Result<model::Model> scripted_model(const ServeOptions& options) {
-  model::LocalTarget target(options.files, model::Model(model::Document(), model::context_on_all_cores()));
-  if (options.script.empty()) return std::move(target).take_model();
+Result<model::Model> scripted_model(const ServeOptions& options, model::Model initial) {
+  if (options.script.empty()) return initial;
+  model::LocalTarget target(options.files, std::move(initial));
   std::ifstream file(options.script, std::ios::binary);
   if (!file) return make_error(ErrorCode::io, "cannot open \"" + options.script + "\"", "script");
   std::ostringstream answers;  // standard output is for the line that says "ready"
@@ -67,6 +70,38 @@ Result<model::Model> scripted_model(const ServeOptions& options) {
   return std::move(target).take_model();
 }
 
+std::int64_t wall_clock_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// The model that is served, and who keeps it; null: nobody.
+struct Served {
+  model::Model model;
+  std::shared_ptr<store::ModelStore> store;
+};
+
+/// As its file has it; a new one as the script leaves it.
+Result<Served> served_model(const ServeOptions& options, const Logger& log) {
+  if (options.store.empty()) {
+    auto model = scripted_model(options, model::Model(model::Document(), model::context_on_all_cores()));
+    if (!model) return model.error();
+    return Served{*std::move(model), nullptr};
+  }
+  store::ModelStoreOptions store_options;
+  store_options.now_ns = wall_clock_ns;
+  auto opened =
+      store::ModelStore::open(options.store, model::context_on_all_cores(), std::move(store_options));
+  if (!opened) return make_error(opened.error().code, opened.error().message, "store");
+  log.info("{}: {} operations, of which {} were replayed", options.store, opened->model.sequence(),
+           opened->replayed);
+  if (opened->model.sequence() != 0) return Served{std::move(opened->model), std::move(opened->store)};
+  auto model = scripted_model(options, std::move(opened->model));
+  if (!model) return model.error();
+  return Served{*std::move(model), std::move(opened->store)};
+}
+
 std::string ready_line(const std::vector<net::Endpoint>& endpoints) {
   nlohmann::ordered_json line{{"ready", true}, {"endpoints", nlohmann::ordered_json::array()}};
   for (const net::Endpoint& endpoint : endpoints) line["endpoints"].push_back(endpoint.to_string());
@@ -78,7 +113,7 @@ class Session {
  public:
   Session(const ServeOptions& options, const Logger& log) : options_(options), log_(log) {}
 
-  Status run(const std::vector<net::Endpoint>& endpoints, model::Model model, std::ostream& out) {
+  Status run(const std::vector<net::Endpoint>& endpoints, Served served, std::ostream& out) {
     boost::asio::signal_set signals(context_, SIGINT, SIGTERM);
     signals.async_wait([this](const boost::system::error_code& error, int signal) {
       if (!error) {
@@ -93,8 +128,14 @@ class Session {
     server_options.actor.export_folder = options_.files.write_folder;
     server_options.actor.cad = options_.files.cad;
     if (!options_.export_folder.empty()) server_options.actor.export_folder = options_.export_folder;
+    server_options.actor.acknowledge = options_.acknowledge;
+    if (served.store) {
+      // Ids of the log's clients never come again, or a new client would get an old one's answers.
+      server_options.net.first_client_id += served.store->epoch() << epoch_shift;
+    }
+    server_options.actor.store = std::move(served.store);
     server_options.actor.epoch = static_cast<std::uint64_t>(to_ns(clock_.now()));
-    auto server = Server::start(context_.get_executor(), endpoints, std::move(model),
+    auto server = Server::start(context_.get_executor(), endpoints, std::move(served.model),
                                 std::move(server_options), clock_, log_, [this] { on_end_of_recording(); });
     if (!server) return server.error();
     server_ = *std::move(server);
@@ -185,10 +226,10 @@ int serve(const ServeOptions& options, std::ostream& out) {
   };
   auto endpoints = endpoints_of(options);
   if (!endpoints) return fail(endpoints.error());
-  auto model = scripted_model(options);
-  if (!model) return fail(model.error());
+  auto served = served_model(options, log);
+  if (!served) return fail(served.error());
   Session session(options, log);
-  if (const Status done = session.run(*endpoints, *std::move(model), out); !done) return fail(done.error());
+  if (const Status done = session.run(*endpoints, *std::move(served), out); !done) return fail(done.error());
   return 0;
 }
 

@@ -7,6 +7,7 @@
 
 #include "common/base/log.h"
 #include "server-model/interaction/interaction.h"
+#include "server-model/session/model_actor.h"
 #include "server-model/session/resolve_operation.h"
 
 namespace handloft::session {
@@ -17,7 +18,9 @@ struct ServeOptions {
   std::vector<std::string> listen;  ///< "unix:PATH", "tcp:HOST:PORT"; empty: the user's default model socket.
   std::string tracking;             ///< Endpoint of handloft-trackd; empty: no hand.
   std::string script;               ///< Run before anybody is served; a failing line ends the server.
-  std::string report;               ///< JSON file written at the end (report.h); empty: none.
+  std::string store;  ///< The model's file (store/model_store.h), made when missing; empty: none.
+  ActorOptions::Acknowledge acknowledge = ActorOptions::Acknowledge::durable;
+  std::string report;  ///< JSON file written at the end (report.h); empty: none.
   AtEnd at_end =
       AtEnd::stay;          ///< Exit after the tracking daemon's recording has ended and viewers have it all.
   model::FileAccess files;  ///< For operations of unix: peers; tcp: peers stay within its folders.

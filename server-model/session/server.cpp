@@ -32,11 +32,12 @@ Result<std::unique_ptr<Server>> Server::start(const boost::asio::any_io_executor
   if (endpoints.empty()) return make_error(ErrorCode::invalid_argument, "found no endpoint", "listen");
   options.net.roles = {v1::ROLE_VIEWER, v1::ROLE_EDITOR};
   net::ServerOptions net = options.net;
+  const std::uint64_t first_client_id = net.first_client_id;
   auto implementation = std::make_unique<Implementation>();
   implementation->peers =
       Peers::start(std::move(initial), std::move(options), clock, log, std::move(on_end_of_recording));
   for (std::size_t i = 0; i < endpoints.size(); ++i) {
-    net.first_client_id = (static_cast<std::uint64_t>(i) << endpoint_shift) + 1;
+    net.first_client_id = (static_cast<std::uint64_t>(i) << endpoint_shift) + first_client_id;
     auto server = net::MessageServer::listen(executor, endpoints[i], net,
                                              implementation->peers->events(endpoints[i].kind), clock,
                                              log.component("net"));

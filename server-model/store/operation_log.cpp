@@ -374,9 +374,9 @@ Status OperationLog::read(std::uint64_t from, const Visit& visit, BranchId branc
       if (entry.chain != chain) {
         return make_error(
             ErrorCode::data_corrupt,
-            fmt::format("operation {}: found checksum {:.16}, expected {:.16}", expected,
-                        model::to_hex(model::as_bytes(entry.chain)), model::to_hex(model::as_bytes(chain))),
-            "checksum");
+            fmt::format("found checksum {:.16}, expected {:.16}", model::to_hex(model::as_bytes(entry.chain)),
+                        model::to_hex(model::as_bytes(chain))),
+            fmt::format("operation {}", expected));
       }
       if (auto status = visit(std::move(entry)); !status) return status;
       ++expected;

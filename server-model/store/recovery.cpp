@@ -91,7 +91,7 @@ Result<Recovered> recover(const OperationLog& log, const model::ApplyContext& co
       if (snapshot.branch != options.branch || snapshot.sequence > options.until) continue;
       auto former = restore(log, snapshot, context.limits.max_history_steps);
       if (!former) continue;
-      auto recovered = replay(log, model::Model(*std::move(former), context), options);
+      auto recovered = replay(log, model::Model::restored(*std::move(former), context), options);
       if (recovered) return recovered;
     }
   }

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <new>
 #include <random>
+#include <set>
 
 namespace handloft::test {
 
@@ -42,7 +43,11 @@ struct FaultDisk::State {
   sqlite3_vfs vfs{};
   std::string name;
   Files files;
-  std::map<std::string, std::vector<std::unique_ptr<char[]>>> shared;
+  struct Shared {
+    std::vector<std::unique_ptr<char[]>> regions;
+    std::set<const void*> users;
+  };
+  std::map<std::string, Shared> shared;
   std::vector<Event> events;
   std::size_t reads = 0;
   std::size_t fail_index = 0;
@@ -156,7 +161,9 @@ int characteristics(sqlite3_file*) {
 }
 
 int map_shared(sqlite3_file* file, int page, int bytes, int extend, void volatile** to) {
-  auto& regions = of(file).disk->shared[*of(file).path];
+  State::Shared& shared = of(file).disk->shared[*of(file).path];
+  shared.users.insert(file);
+  auto& regions = shared.regions;
   *to = nullptr;
   while (regions.size() <= static_cast<std::size_t>(page)) {
     if (extend == 0) return SQLITE_OK;
@@ -170,8 +177,10 @@ int lock_shared(sqlite3_file*, int, int, int) {
 }
 void barrier(sqlite3_file*) {}
 int unmap_shared(sqlite3_file* file, int) {
-  // The only connection is gone: the next one finds none, as after a restart.
-  of(file).disk->shared.erase(*of(file).path);
+  // When the last connection is gone the next one finds none, as after a restart.
+  State::Shared& shared = of(file).disk->shared[*of(file).path];
+  shared.users.erase(file);
+  if (shared.users.empty()) of(file).disk->shared.erase(*of(file).path);
   return SQLITE_OK;
 }
 

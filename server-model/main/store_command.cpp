@@ -1,0 +1,394 @@
+#include "server-model/main/store_command.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "common/base/config.h"
+#include "server-model/exchange/atomic_file.h"
+#include "server-model/model/canonical.h"
+#include "server-model/session/cad_process.h"
+#include "server-model/session/export.h"
+#include "server-model/session/parallel.h"
+#include "server-model/session/script_json.h"
+#include "server-model/store/log_check.h"
+#include "server-model/store/operation_log.h"
+#include "server-model/store/recovery.h"
+#include "server-model/store/repair.h"
+
+namespace handloft::model {
+
+namespace v1 = handloft::v1;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using store::OperationLog;
+namespace fs = std::filesystem;
+
+/// What a command found: words for people, the same as JSON, and how it ends.
+struct Findings {
+  std::string words;
+  Json json = Json::object();
+  ExitStatus status = exit_ok;
+};
+
+std::string utc(std::int64_t time_ns) {
+  constexpr std::int64_t second_ns = 1'000'000'000;
+  const auto seconds = static_cast<std::time_t>(time_ns / second_ns);
+  std::tm calendar{};
+  gmtime_r(&seconds, &calendar);
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", calendar);
+}
+
+Json damages_json(const std::vector<store::Damage>& damages) {
+  Json list = Json::array();
+  for (const store::Damage& damage : damages)
+    list.push_back({{"where", damage.where}, {"what", damage.what}});
+  return list;
+}
+
+// --- models
+
+constexpr std::string_view suffix = ".handloft";
+
+Result<Findings> list_models(const std::string& folder) {
+  std::error_code failed;
+  std::vector<fs::path> paths;
+  for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed)) {
+    if (entry->path().extension() == suffix && entry->is_regular_file()) paths.push_back(entry->path());
+  }
+  if (failed)
+    return make_error(ErrorCode::not_found, fmt::format("{}: {}", folder, failed.message()), "FOLDER");
+  std::sort(paths.begin(), paths.end());
+  Findings found;
+  found.json["models"] = Json::array();
+  for (const fs::path& path : paths) {
+    Json one{{"file", path.filename().string()}};
+    auto log = OperationLog::open(path, OperationLog::Access::read);
+    if (!log) {
+      one["problem"] = log.error().message;
+      found.words += fmt::format("{}: {}\n", path.filename().string(), log.error().message);
+      found.status = exit_failed;
+    } else {
+      const std::uint64_t operations = log->last_sequence();
+      const auto versions = log->versions();
+      const auto size = fs::file_size(path, failed);
+      one["operations"] = operations;
+      one["created"] = utc(log->identity().created_ns);
+      one["bytes"] = size;
+      one["versions"] = versions ? versions->size() : 0;
+      found.words += fmt::format("{}: {} operations since {}, {} named versions, {:.1f} MB\n",
+                                 path.filename().string(), operations, utc(log->identity().created_ns),
+                                 versions ? versions->size() : 0, 1e-6 * static_cast<double>(size));
+    }
+    found.json["models"].push_back(std::move(one));
+  }
+  if (paths.empty()) found.words = fmt::format("no *{} in {}\n", suffix, folder);
+  return found;
+}
+
+// --- history
+
+Result<Findings> tell_history(const std::string& file, std::uint64_t from, std::uint64_t count) {
+  auto log = OperationLog::open(file, OperationLog::Access::read);
+  if (!log) return log.error();
+  const std::uint64_t last = log->last_sequence();
+  if (from == 0) from = last >= count ? last - count + 1 : 1;
+  Findings found;
+  found.json = {{"last", last},
+                {"operations", Json::array()},
+                {"versions", Json::array()},
+                {"branches", Json::array()}};
+  auto versions = log->versions();
+  if (!versions) return versions.error();
+  std::multimap<std::uint64_t, std::string> named;
+  for (const store::Version& version : *versions) {
+    if (version.branch == store::main_branch) named.emplace(version.sequence, version.name);
+    found.json["versions"].push_back({{"name", version.name},
+                                      {"branch", version.branch},
+                                      {"sequence", version.sequence},
+                                      {"time", utc(version.time_ns)},
+                                      {"words", version.words}});
+  }
+  auto branches = log->branches();
+  if (!branches) return branches.error();
+  for (const store::Branch& branch : *branches) {
+    found.json["branches"].push_back(
+        {{"name", branch.name}, {"parent", branch.parent}, {"parent_sequence", branch.parent_sequence}});
+  }
+  std::uint64_t told = 0;
+  auto status = log->read(from, [&](const store::LogEntry& entry) -> Status {
+    if (told++ == count) return make_error(ErrorCode::cancelled, "enough");
+    const store::LogRecord& record = entry.record;
+    const std::string words = store::answer_of(record).words;
+    found.json["operations"].push_back({{"sequence", record.sequence},
+                                        {"time", utc(record.time_ns)},
+                                        {"client", record.client_id},
+                                        {"words", words},
+                                        {"bytes", record.operation.size()}});
+    found.words += fmt::format("{:>8}  {}  client {}  {}\n", record.sequence, utc(record.time_ns),
+                               record.client_id, words);
+    for (auto [name, end] = named.equal_range(record.sequence); name != end; ++name)
+      found.words += fmt::format("          version \"{}\"\n", name->second);
+    return {};
+  });
+  if (!status && status.error().code != ErrorCode::cancelled) return status.error();
+  if (found.words.empty()) found.words = "no operations\n";
+  return found;
+}
+
+// --- verify
+
+Result<Findings> verify(const std::string& file, bool replay) {
+  auto log = OperationLog::open(file, OperationLog::Access::read);
+  if (!log) return log.error();
+  const store::LogCheck check = store::check_log(*log);
+  Findings found;
+  found.json = {{"good", check.good()},
+                {"operations", check.operations},
+                {"good_sequence", check.good_sequence},
+                {"damages", damages_json(check.damages)},
+                {"bad_snapshots", damages_json(check.bad_snapshots)}};
+  for (const store::Damage& damage : check.damages)
+    found.words += fmt::format("damaged: {}\n", damage.words());
+  for (const store::Damage& damage : check.bad_snapshots)
+    found.words += fmt::format("not usable, nothing is lost: {}\n", damage.words());
+  if (replay && check.good()) {
+    store::RecoveryOptions options;
+    options.snapshots = store::RecoveryOptions::Snapshots::ignored;
+    auto replayed = store::recover(*log, context_on_all_cores(), options);
+    if (!replayed) return replayed.error();
+    auto recovered = store::recover(*log, context_on_all_cores());
+    if (!recovered) return recovered.error();
+    const std::string hash = document_hash(replayed->model.document());
+    const bool same = hash == document_hash(recovered->model.document());
+    found.json["hash"] = hash;
+    found.json["snapshots_agree"] = same;
+    found.words += same ? fmt::format("replayed: {}\n", hash)
+                        : std::string("damaged: the snapshot and the operations give different models\n");
+    if (!same) found.status = exit_failed;
+  }
+  if (check.good() && found.status == exit_ok)
+    found.words += fmt::format("good: {} operations\n", check.operations);
+  if (!check.good()) {
+    found.status = exit_failed;
+    found.words += fmt::format(
+        "{} operations are good up to there; `handloft-modeld repair {}` writes them to another "
+        "file\n",
+        check.good_sequence, file);
+  }
+  return found;
+}
+
+// --- repair
+
+Result<Findings> repair_file(const std::string& file, std::string to) {
+  if (to.empty()) {
+    const fs::path path(file);
+    to = (path.parent_path() / (path.stem().string() + ".repaired" + path.extension().string())).string();
+  }
+  auto repaired = store::repair(file, to);
+  if (!repaired) return repaired.error();
+  Findings found;
+  found.json = {{"to", to},
+                {"operations", repaired->operations},
+                {"branches", repaired->branches},
+                {"versions", repaired->versions},
+                {"damages", damages_json(repaired->damages)}};
+  for (const store::Damage& damage : repaired->damages)
+    found.words += fmt::format("damaged: {}\n", damage.words());
+  found.words += fmt::format("{} operations and {} named versions are in {}; {} is as it was\n",
+                             repaired->operations, repaired->versions, to, file);
+  return found;
+}
+
+// --- export
+
+Result<std::uint64_t> moment(const OperationLog& log, std::uint64_t at, const std::string& version,
+                             store::BranchId& branch) {
+  if (version.empty()) return at == 0 ? ~std::uint64_t{0} : at;
+  auto versions = log.versions();
+  if (!versions) return versions.error();
+  for (const store::Version& one : *versions) {
+    if (one.name != version) continue;
+    branch = one.branch;
+    return one.sequence;
+  }
+  return make_error(ErrorCode::not_found, fmt::format("there is no version \"{}\"", version), "version");
+}
+
+/// As a script that `run` takes: SCRIPT.md.
+Result<Findings> export_script(const OperationLog& log, const fs::path& to, std::uint64_t until,
+                               store::BranchId branch) {
+  std::string script;
+  std::uint64_t lines = 0;
+  auto status = log.read(
+      1,
+      [&](const store::LogEntry& entry) -> Status {
+        if (entry.record.sequence > until) return make_error(ErrorCode::cancelled, "enough");
+        v1::Operation operation;
+        if (!operation.ParseFromString(entry.record.operation))
+          return make_error(ErrorCode::data_corrupt,
+                            fmt::format("operation {} can't be read", entry.record.sequence));
+        operation.clear_client_id();  // A script has one client, whose operations are not retried.
+        operation.clear_client_op_id();
+        auto json = to_json(operation);
+        if (!json) return json.error();
+        script += *json + "\n";
+        ++lines;
+        return {};
+      },
+      branch);
+  if (!status && status.error().code != ErrorCode::cancelled) return status.error();
+  if (auto written = exchange::write_file_atomically(to, script); !written) return written.error();
+  Findings found;
+  found.json = {{"to", to.string()}, {"operations", lines}};
+  found.words = fmt::format("{} operations are in {}\n", lines, to.string());
+  return found;
+}
+
+Result<Findings> export_file(const std::string& file, const std::string& to, std::uint64_t at,
+                             const std::string& version) {
+  auto log = OperationLog::open(file, OperationLog::Access::read);
+  if (!log) return log.error();
+  store::RecoveryOptions options;
+  auto until = moment(*log, at, version, options.branch);
+  if (!until) return until.error();
+  options.until = *until;
+  if (fs::path(to).extension() == ".jsonl") return export_script(*log, to, *until, options.branch);
+  auto recovered = store::recover(*log, context_on_all_cores(), options);
+  if (!recovered) return recovered.error();
+  FileAccess files;
+  files.cad = std::make_shared<const session::CadProcess>();
+  v1::Export request;
+  request.set_path(to);
+  auto exported = export_document(recovered->model.document(), request, files);
+  if (!exported) return exported.error();
+  Findings found;
+  found.json = {{"to", to},
+                {"sequence", recovered->model.sequence()},
+                {"hash", document_hash(recovered->model.document())},
+                {"entities", exported->entities},
+                {"notes", exported->notes}};
+  for (const std::string& note : exported->notes) found.words += note + "\n";
+  found.words += fmt::format("{} as after operation {} is in {}\n", file, recovered->model.sequence(), to);
+  return found;
+}
+
+/// All that the commands take; each asks for what it knows.
+struct Arguments {
+  std::string file;
+  std::string to;
+  std::string version;
+  std::uint64_t at = 0;
+  std::uint64_t from = 0;
+  std::uint64_t count = 100;
+  bool replay = false;
+  bool json = false;
+};
+
+struct Command {
+  const char* description;
+  std::function<void(OptionTable&, Arguments&)> options;
+  std::function<Result<Findings>(const Arguments&)> run;
+};
+
+const std::map<std::string, Command>& commands() {
+  using Presence = OptionTable::Presence;
+  const auto file = [](OptionTable& table, Arguments& to) {
+    table.add_positional("FILE", to.file, "The model", Presence::required);
+  };
+  static const std::map<std::string, Command> table = {
+      {"models",
+       {"Lists the models in a folder.",
+        [](OptionTable& options, Arguments& to) {
+          to.file = ".";
+          options.add_positional("FOLDER", to.file, "Where *.handloft lie; none: here", Presence::optional);
+        },
+        [](const Arguments& given) { return list_models(given.file); }}},
+      {"history",
+       {"Tells what was done to a model, by whom and when.",
+        [file](OptionTable& options, Arguments& to) {
+          file(options, to);
+          options.add("from", to.from, "The first operation to tell of; 0: the last ones");
+          options.add("count", to.count, "How many operations", NumberRange{.min = 1, .max = 1e9});
+        },
+        [](const Arguments& given) { return tell_history(given.file, given.from, given.count); }}},
+      {"verify",
+       {"Checks every record of a model against its checksum and its place, and tells what is damaged. "
+        "Writes nothing.",
+        [file](OptionTable& options, Arguments& to) {
+          file(options, to);
+          options.add("replay", to.replay, "Also apply every operation anew and compare with the snapshots");
+        },
+        [](const Arguments& given) { return verify(given.file, given.replay); }}},
+      {"repair",
+       {"Writes what is good of a damaged model to another file. The damaged one stays as it is.",
+        [file](OptionTable& options, Arguments& to) {
+          file(options, to);
+          options.add("to", to.to, "The new file; none: FILE with .repaired in its name",
+                      TextRule{.choices = {}, .value_name = "FILE"});
+        },
+        [](const Arguments& given) { return repair_file(given.file, given.to); }}},
+      {"export",
+       {"Writes a model, as it is or was, as STEP, IGES, GLB or OBJ, or as a script of its operations "
+        "(.jsonl).",
+        [file](OptionTable& options, Arguments& to) {
+          file(options, to);
+          options.add_positional("TO", to.to, "What to write", Presence::required);
+          options.add("at", to.at, "As after this operation; 0: the last");
+          options.add("named", to.version, "As this named version was",
+                      TextRule{.choices = {}, .value_name = "NAME"});
+        },
+        [](const Arguments& given) { return export_file(given.file, given.to, given.at, given.version); }}},
+  };
+  return table;
+}
+
+}  // namespace
+
+bool is_store_command(const std::string& command) {
+  return commands().contains(command);
+}
+
+ExitStatus store_command(const std::string& name, const std::vector<std::string>& arguments) {
+  const Command& command = commands().at(name);
+  const auto complain = [&](const Error& error) {
+    std::fprintf(stderr, "handloft-modeld %s: %s\n", name.c_str(), error.describe().c_str());
+  };
+  Arguments given;
+  OptionTable table("handloft-modeld " + name, command.description);
+  command.options(table, given);
+  table.add("json", given.json, "Answer with one line of JSON");
+  auto outcome = table.parse(arguments);
+  if (!outcome) {
+    complain(outcome.error());
+    return exit_usage;
+  }
+  if (outcome->action == ParseOutcome::Action::show_text) {
+    std::fputs(outcome->text.c_str(), stdout);
+    return exit_ok;
+  }
+  auto found = command.run(given);
+  if (!found) {
+    complain(found.error());
+    return exit_failed;
+  }
+  const std::string text =
+      given.json ? found->json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n" : found->words;
+  std::fputs(text.c_str(), stdout);
+  return found->status;
+}
+
+}  // namespace handloft::model

@@ -1,0 +1,205 @@
+// `handloft-modeld serve --store` as its users have it: what an editor was told is done is there after a kill
+// -9 (U5, D1), and the commands over the file say, check, repair and export what it holds.
+
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/net/endpoint.h"
+#include "server-model/session/remote_target.h"
+#include "tests/support/process.h"
+
+namespace handloft::session {
+namespace {
+
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr auto patience = 20s;
+
+class StoreProcess : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "handloft-served-XXXXXX";
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    folder = pattern;
+    model = (folder / "seat.handloft").string();
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  std::string socket() const { return "unix:" + (folder / "model.sock").string(); }
+  std::vector<std::string> serve() const {
+    return {HANDLOFT_MODELD, "serve", "--listen", socket(), "--store", model};
+  }
+  RemoteTarget connect() {
+    auto target = RemoteTarget::connect(net::parse_endpoint(socket()).value(), clock);
+    EXPECT_TRUE(target.ok()) << (target ? "" : target.error().describe());
+    return *std::move(target);
+  }
+  static v1::Operation stroke(int number) {
+    v1::Operation operation;
+    operation.set_client_op_id(static_cast<std::uint64_t>(number) + 1);
+    auto& request = *operation.mutable_add_points();
+    request.set_entity("seat");
+    if (number == 0) request.mutable_create()->set_degree(2);
+    for (int i = 0; i < 12; ++i) {
+      v1::Point& point = *request.add_points();
+      point.mutable_position()->set_x(0.01 * i);
+      point.mutable_position()->set_y(0.01 * number + 0.003);
+      point.mutable_position()->set_z(0.001 * i * i);
+      point.set_pressure(0.7);
+    }
+    return operation;
+  }
+  static std::string hash_of(RemoteTarget& target) {
+    v1::Query query;
+    query.mutable_hash();
+    const auto answer = target.query(query);
+    EXPECT_TRUE(answer.ok());
+    return answer ? answer->hash().sha256() : "";
+  }
+  /// The exit status and what the command says in JSON.
+  std::pair<int, Json> command(std::vector<std::string> words) {
+    words.insert(words.begin(), HANDLOFT_MODELD);
+    words.emplace_back("--json");
+    test::Process process(words, folder / "log");
+    const std::string text = process.read_all(patience);
+    const int status = process.wait(patience).value_or(-1);
+    return {status, Json::parse(text, nullptr, false)};
+  }
+
+  fs::path folder;
+  std::string model;
+  SystemClock clock;
+};
+
+TEST_F(StoreProcess, D1WhatWasAnsweredIsThereAfterAKillAndCanBeUndone) {
+  std::string hash;
+  int strokes = 0;
+  for (int start = 0; start < 5; ++start) {
+    test::Process server(serve(), folder / "log");
+    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+    auto editor = connect();
+    if (start > 0) {
+      EXPECT_EQ(hash_of(editor), hash) << "start " << start;
+    }
+    // Numbers of operations begin anew with every connection: another client, another operation.
+    for (int i = 0; i < 4; ++i, ++strokes) {
+      v1::Operation operation = stroke(strokes);
+      operation.set_client_op_id(static_cast<std::uint64_t>(i) + 1);
+      const auto done = editor.submit(operation);
+      ASSERT_TRUE(done.ok()) << done.error().describe();
+      EXPECT_EQ(done->sequence, static_cast<std::uint64_t>(strokes) + 1);
+    }
+    hash = hash_of(editor);
+    server.signal(SIGKILL);
+    server.wait(patience);
+  }
+  test::Process server(serve(), folder / "log");
+  ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+  auto editor = connect();
+  EXPECT_EQ(hash_of(editor), hash);
+  v1::Operation undo;
+  undo.mutable_undo();
+  for (int i = 0; i < strokes; ++i) EXPECT_TRUE(editor.submit(undo).ok()) << i;
+  EXPECT_FALSE(editor.submit(undo).ok());
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+}
+
+TEST_F(StoreProcess, TheCommandsSayCheckRepairAndExport) {
+  std::string hash;
+  {
+    test::Process server(serve(), folder / "log");
+    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+    auto editor = connect();
+    for (int i = 0; i < 6; ++i) ASSERT_TRUE(editor.submit(stroke(i)).ok());
+    v1::Operation fit;
+    fit.mutable_fit()->set_entity("seat");
+    ASSERT_TRUE(editor.submit(fit).ok());
+    hash = hash_of(editor);
+    // Two servers of one model are refused, readers are not.
+    test::Process second({HANDLOFT_MODELD, "serve", "--listen", socket() + "2", "--store", model},
+                         folder / "log2");
+    EXPECT_EQ(second.wait(patience), 1);
+    EXPECT_THAT(second.error_output(), testing::HasSubstr("in use by another handloft-modeld"));
+    EXPECT_EQ(command({"verify", model}).first, 0);
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+  }
+  const auto [listed, models] = command({"models", folder.string()});
+  EXPECT_EQ(listed, 0);
+  EXPECT_EQ(models["models"][0]["file"], "seat.handloft");
+  EXPECT_EQ(models["models"][0]["operations"], 7);
+  const auto [told, history] = command({"history", model, "--from", "6"});
+  EXPECT_EQ(told, 0);
+  ASSERT_EQ(history["operations"].size(), 2U);
+  EXPECT_EQ(history["operations"][0]["sequence"], 6);
+  EXPECT_THAT(history["operations"][0]["words"].get<std::string>(), testing::HasSubstr("12 points"));
+  const auto [checked, verified] = command({"verify", model, "--replay"});
+  EXPECT_EQ(checked, 0);
+  EXPECT_EQ(verified["hash"], hash);
+
+  const auto [exported, step] = command({"export", model, (folder / "seat.step").string()});
+  EXPECT_EQ(exported, 0) << step;
+  EXPECT_EQ(step["hash"], hash);
+  EXPECT_GT(fs::file_size(folder / "seat.step"), 1000U);
+  EXPECT_EQ(command({"export", model, (folder / "early.step").string(), "--at", "3"}).first, 1)
+      << "nothing was fitted";
+  // As a script it makes the same model again.
+  const std::string script = (folder / "seat.jsonl").string();
+  EXPECT_EQ(command({"export", model, script}).second["operations"], 7);
+  std::ofstream(script, std::ios::app) << R"({"query": {"hash": {}}})"
+                                       << "\n";
+  test::Process run({HANDLOFT_MODELD, "run", script}, folder / "log");
+  EXPECT_THAT(run.read_all(patience), testing::HasSubstr(hash));
+  EXPECT_EQ(run.wait(patience), 0);
+
+  // One bit of the fifth stroke: its coordinates are in the file as they are.
+  std::string bytes;
+  {
+    std::ifstream in(model, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  const double y = 0.01 * 4 + 0.003;
+  const std::size_t at = bytes.find(std::string(reinterpret_cast<const char*>(&y), sizeof y));
+  ASSERT_NE(at, std::string::npos);
+  bytes[at] = static_cast<char>(bytes[at] ^ 1);
+  std::ofstream(model, std::ios::binary) << bytes;
+  const auto [bad, damage] = command({"verify", model});
+  EXPECT_EQ(bad, 1);
+  EXPECT_EQ(damage["damages"][0]["where"], "operation 5 of main");
+  test::Process refused(serve(), folder / "log");
+  EXPECT_EQ(refused.wait(patience), 1);
+  EXPECT_THAT(refused.error_output(), testing::HasSubstr("operation 5 of main"));
+  const auto [mended, repaired] = command({"repair", model});
+  EXPECT_EQ(mended, 0);
+  EXPECT_EQ(repaired["operations"], 4);
+  EXPECT_EQ(command({"verify", (folder / "seat.repaired.handloft").string(), "--replay"}).first, 0);
+  std::string after;
+  {
+    std::ifstream in(model, std::ios::binary);
+    after.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  EXPECT_EQ(after, bytes) << "the damaged file is never written";
+}
+
+TEST_F(StoreProcess, WhatIsNoModelIsSaidSo) {
+  std::ofstream(folder / "letter.handloft") << "Dear Sir or Madam, this is no model.";
+  EXPECT_EQ(command({"verify", (folder / "letter.handloft").string()}).first, 1);
+  EXPECT_EQ(command({"history", (folder / "none.handloft").string()}).first, 1);
+  EXPECT_EQ(command({"history"}).first, 2);
+  EXPECT_EQ(command({"models", (folder / "none").string()}).first, 1);
+}
+
+}  // namespace
+}  // namespace handloft::session
