@@ -83,7 +83,7 @@ void add_figures(const PanelFacts& facts, std::vector<StateWords>& figures) {
   if (facts.latency_ms > 0.0) {
     figures.push_back({"", fmt::format("{:.0f} ms latency", facts.latency_ms), Tone::plain});
   }
-  if (facts.frames_per_second > 0.0) {
+  if (facts.frames_per_second >= 1.0) {
     figures.push_back({"", fmt::format("{:.0f} fps", facts.frames_per_second), Tone::plain});
   }
   if (facts.model.snapshots > 0) {

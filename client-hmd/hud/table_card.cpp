@@ -167,6 +167,21 @@ void add_model(const HudStatus& status, const Theme& theme, Card& card) {
 
 }  // namespace
 
+TableCardPlace table_card_place(double focal_px) {
+  constexpr double usual_focal_px = 1080.0;  // Capitals of the usual card have their 12 pixels.
+  constexpr double largest_text = 2.4, largest_width = 1.6;
+  TableCardPlace place;
+  if (!std::isfinite(focal_px) || focal_px <= 0.0) return place;
+  const double scale = usual_focal_px / focal_px;
+  const auto text = static_cast<float>(std::clamp(scale, 1.0, largest_text));
+  const auto width = static_cast<float>(std::clamp(scale, 1.0, largest_width));
+  const float middle = place.lower_left.x + 0.5F * place.width_m;
+  place.text_m *= text;
+  place.width_m *= width;
+  place.lower_left.x = middle - 0.5F * place.width_m;
+  return place;
+}
+
 SpaceSheet table_card(const HudStatus& status, ColourScheme colours,
                       const std::function<float(std::string_view)>& measure, const TableCardPlace& place) {
   const Theme& look = theme(colours);
@@ -176,12 +191,13 @@ SpaceSheet table_card(const HudStatus& status, ColourScheme colours,
   card.next();
   add_hand(status, look, card);
   card.next();
-  const bool pressing = status.hand && status.hand->pressing;
-  constexpr float middle = 0.5F, gutter = 0.03F;
-  card.gauge("Pressure", status.hand ? status.hand->pressure : 0.0, pressing ? scene.pressing : scene.resting,
-             0.0F, middle - gutter);
-  card.gauge("Range", status.range.value_or(0.0F), scene.resting, middle + gutter, 1.0F);
-  card.next();
+  if (status.hand) {
+    constexpr float middle = 0.5F, gutter = 0.03F;
+    card.gauge("Pressure", status.hand->pressure, status.hand->pressing ? scene.pressing : scene.resting,
+               0.0F, middle - gutter);
+    card.gauge("Range", status.range.value_or(0.0F), scene.resting, middle + gutter, 1.0F);
+    card.next();
+  }
   add_model(status, look, card);
   card.next();
   if (!status.others.empty()) {

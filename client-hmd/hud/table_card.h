@@ -20,6 +20,11 @@ struct TableCardPlace {
   float text_m = 0.0115F;  ///< Height of the text: capitals have 0.73 of it.
 };
 
+/// Where and how large it is for an eye of that focal length in pixels: a wide view has few pixels for a
+/// letter, so the card and above all its words are larger there. Capitals keep 12 pixels (V7) down to 470.
+/// What is no sensible number is taken for a long one.
+TableCardPlace table_card_place(double focal_px);
+
 SpaceSheet table_card(const HudStatus& status, ColourScheme colours,
                       const std::function<float(std::string_view)>& measure,
                       const TableCardPlace& place = {});

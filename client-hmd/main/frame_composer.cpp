@@ -243,7 +243,9 @@ void add_hud(const FrameRequest& request, const HudStatus& status,
       frame.overlay = layout_legends(status, request.hud_corner_px, request.hud_size_px, measure);
       break;
     case HudPlace::table:
-      frame.sheets.push_back(table_card(status, request.colours, measure));
+      frame.sheets.push_back(table_card(
+          status, request.colours, measure,
+          table_card_place(request.eye_focal_px > 0.0 ? request.eye_focal_px : frame.eye.pinhole.fy_px)));
       break;
   }
 }

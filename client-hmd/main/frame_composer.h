@@ -41,6 +41,7 @@ struct FrameRequest {
   ColourScheme colours = ColourScheme::normal;  ///< Of people.
   double latency_ms = 0.0;                      ///< Capture to client, median; 0: unknown.
   HudPlace hud = HudPlace::edges;
+  double eye_focal_px = 0.0;                         ///< Of the picture that shows it; 0: as composed.
   glm::vec2 hud_corner_px{0.0F}, hud_size_px{0.0F};  ///< For legends: the part that panels leave.
 };
 

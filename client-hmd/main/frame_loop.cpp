@@ -222,6 +222,8 @@ void FrameLoop::place_hud(FrameRequest& request, const Canvas& canvas) const {
     request.hud_size_px = free->size;
   } else if (headset) {
     request.hud = HudPlace::table;
+    const std::optional<EyeOptics>& optics = canvas.views.front().optics;
+    if (optics) request.eye_focal_px = optics->shown.fy_px;
   }
 }
 
