@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstring>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace handloft::client {
@@ -121,12 +124,10 @@ void PointPass::update(const Scene& scene, const SurfacePass& surfaces) {
       resident.styles = GlBuffer::create();
       resident.style_texture = GlTexture::create();
     }
-    resident.points = entity->points;
+    const std::shared_ptr<const PointSet> former = std::exchange(resident.points, entity->points);
     const PointSet& set = *entity->points;
     glBindVertexArray(resident.array.id());
-    glBindBuffer(GL_ARRAY_BUFFER, resident.instances.id());
-    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(set.points.size() * sizeof(FuzzyPoint)),
-                 set.points.data(), GL_DYNAMIC_DRAW);
+    upload_points(resident, former.get(), set);
     glEnableVertexAttribArray(0);
     glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(FuzzyPoint),
                           offset(offsetof(FuzzyPoint, position)));
@@ -151,6 +152,26 @@ void PointPass::update(const Scene& scene, const SurfacePass& surfaces) {
     glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, resident.styles.id());
     resident.count = static_cast<GLsizei>(set.points.size());
   }
+}
+
+void PointPass::upload_points(Resident& resident, const PointSet* former, const PointSet& set) {
+  glBindBuffer(GL_ARRAY_BUFFER, resident.instances.id());
+  const std::size_t count = set.points.size();
+  static_assert(sizeof(FuzzyPoint) == 16 && std::is_trivially_copyable_v<FuzzyPoint>);
+  std::size_t first = 0;  // Of those that the card does not have yet.
+  if (former != nullptr && former->points.size() <= count && count <= resident.capacity &&
+      std::memcmp(former->points.data(), set.points.data(), former->points.size() * sizeof(FuzzyPoint)) ==
+          0) {
+    first = former->points.size();
+  }
+  if (count > resident.capacity) {
+    resident.capacity = count + count / 2;
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(resident.capacity * sizeof(FuzzyPoint)), nullptr,
+                 GL_DYNAMIC_DRAW);
+  }
+  if (first == count) return;
+  glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(first * sizeof(FuzzyPoint)),
+                  static_cast<GLsizeiptr>((count - first) * sizeof(FuzzyPoint)), set.points.data() + first);
 }
 
 void PointPass::draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const {

@@ -2,7 +2,7 @@
 // Fuzzy points (A2, A3): five nested transparent spheres each, drawn as one camera-facing disc whose
 // fragments composite, from the outermost to the innermost, the shells that their line of sight through the
 // centre's plane meets. The result is the staircase of A3; radii and opacities come from the server, so that
-// all viewers agree.
+// all viewers agree. A growing stroke costs its new points only, 16 bytes each.
 
 #include <map>
 #include <memory>
@@ -33,8 +33,10 @@ class PointPass {
     GlBuffer styles;
     GlTexture style_texture;
     GLsizei count = 0;
-    glm::vec3 ink{0.0F};  ///< Linear RGB.
+    glm::vec3 ink{0.0F};       ///< Linear RGB.
+    std::size_t capacity = 0;  ///< Of `instances`, in points.
   };
+  static void upload_points(Resident& resident, const PointSet* former, const PointSet& set);
   GlProgram program_;
   std::map<std::string, Resident> residents_;
   std::map<std::uint64_t, glm::vec3> user_colours_;

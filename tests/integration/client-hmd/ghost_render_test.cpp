@@ -89,6 +89,31 @@ TEST_F(GhostRendering, FramesWhatSomebodyWorksOnAndTintsTheGesture_U1) {
       << "points in the user's colour";
 }
 
+TEST_F(GhostRendering, PointsThatGrowChangeAndShrinkAreDrawnAsIfTheyWereNew_A2) {
+  const auto whole = test::synthetic_scene(Representation::points);
+  const auto some = [&whole](std::size_t count, float moved) {
+    auto scene = std::make_shared<Scene>(*whole);
+    auto top = std::make_shared<Entity>(*whole->entities.at("top"));
+    auto points = std::make_shared<PointSet>(*top->points);
+    points->points.resize(count);
+    points->points.front().position.z += moved;
+    top->points = points;
+    top->settled_points = static_cast<std::uint32_t>(count);
+    scene->entities["top"] = top;
+    return scene;
+  };
+  // In one renderer, one after another; each against a renderer that knows nothing.
+  for (const auto& [count, moved] :
+       {std::pair{std::size_t{40}, 0.0F}, {55, 0.0F}, {58, 0.0F}, {58, 0.01F}, {30, 0.01F}, {200, 0.0F}}) {
+    const Image grown = draw(with({}, some(count, moved)));
+    Result<std::unique_ptr<Renderer>> fresh = Renderer::create();
+    ASSERT_TRUE(fresh.ok());
+    const Result<Image> anew = (*fresh)->draw_to_image(with({}, some(count, moved)), {});
+    ASSERT_TRUE(anew.ok());
+    EXPECT_EQ(grown.rgba, anew->rgba) << count << " points";
+  }
+}
+
 /// How many of the pixels in which the film shows the middle of the palm are those of `film` in `picture`.
 struct InTheHand {
   int pixels = 0, as_filmed = 0;

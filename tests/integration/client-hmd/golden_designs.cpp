@@ -39,39 +39,46 @@ Result<model::Model> run(const Design& design) {
   if (!summary.ok()) {
     return make_error(ErrorCode::internal, design.script + ": " + summary.first_failure);
   }
-  model::Model model = std::move(target).take_model();
-  if (!design.in_the_air.empty()) {
-    v1::Operation operation;
-    if (!google::protobuf::util::JsonStringToMessage(design.in_the_air, &operation).ok()) {
-      return make_error(ErrorCode::invalid_argument, "not an operation: " + design.in_the_air);
-    }
-    operation.set_client_id(design.by);
-    const auto begun = model.begin_provisional(operation);
-    if (!begun) return begun.error();
-  }
-  return model;
+  return std::move(target).take_model();
 }
 
-/// As the server sends it and the client takes it.
-Result<std::shared_ptr<const Scene>> streamed(const model::Model& model, const Design& design) {
+/// The gesture in the air, if there is one.
+Status begin_gesture(const Design& design, model::Model& model) {
+  if (design.in_the_air.empty()) return {};
+  v1::Operation operation;
+  if (!google::protobuf::util::JsonStringToMessage(design.in_the_air, &operation).ok()) {
+    return make_error(ErrorCode::invalid_argument, "not an operation: " + design.in_the_air);
+  }
+  operation.set_client_id(design.by);
+  const auto begun = model.begin_provisional(operation);
+  return begun ? Status() : Status(begun.error());
+}
+
+/// As the server sends it and the client takes it: what stands first, then the gesture.
+Result<std::shared_ptr<const Scene>> streamed(model::Model& model, const Design& design) {
   stream::MeshCache meshes([](const std::function<void()>& job) { job(); }, [] {});
   stream::SceneBuilder builder(1, meshes);
   stream::HandMarks marks;
   if (!design.selected.empty()) marks.active = {design.selected};
   marks.targets = design.targets;
-  // The first build asks for the meshes, the second has them.
-  (void)builder.build(model, 0, marks);
-  const stream::ScenePtr complete = builder.build(model, 0, marks);
   stream::Viewer viewer;
   SceneMirror mirror;
-  while (const auto envelope = viewer.next(*complete)) {
-    v1::Envelope received;
-    if (!received.ParseFromString(envelope->SerializeAsString())) {
-      return make_error(ErrorCode::data_corrupt, "a message does not survive its bytes");
+  for (const bool gesture : {false, true}) {
+    if (gesture) {
+      if (const Status begun = begin_gesture(design, model); !begun) return begun.error();
     }
-    const Status applied =
-        received.has_snapshot() ? mirror.apply(received.snapshot()) : mirror.apply(received.delta());
-    if (!applied) return applied.error();
+    // The first build asks for the meshes, the second has them.
+    (void)builder.build(model, 0, marks);
+    const stream::ScenePtr complete = builder.build(model, 0, marks);
+    while (const auto envelope = viewer.next(*complete)) {
+      v1::Envelope received;
+      if (!received.ParseFromString(envelope->SerializeAsString())) {
+        return make_error(ErrorCode::data_corrupt, "a message does not survive its bytes");
+      }
+      const Status applied =
+          received.has_snapshot() ? mirror.apply(received.snapshot()) : mirror.apply(received.delta());
+      if (!applied) return applied.error();
+    }
   }
   return mirror.scene();
 }
@@ -81,7 +88,7 @@ Result<std::shared_ptr<const Scene>> streamed(const model::Model& model, const D
 Result<std::shared_ptr<const Scene>> design_scene(const Design& design) {
   static std::map<Design, std::shared_ptr<const Scene>> made;
   if (const auto found = made.find(design); found != made.end()) return found->second;
-  const Result<model::Model> model = run(design);
+  Result<model::Model> model = run(design);
   if (!model) return model.error();
   Result<std::shared_ptr<const Scene>> scene = streamed(*model, design);
   if (scene) made.emplace(design, *scene);
@@ -89,7 +96,7 @@ Result<std::shared_ptr<const Scene>> design_scene(const Design& design) {
 }
 
 Result<ControlNets> design_nets(const Design& design) {
-  const Result<model::Model> model = run(design);
+  Result<model::Model> model = run(design);
   if (!model) return model.error();
   const Result<std::shared_ptr<const Scene>> scene = streamed(*model, design);
   if (!scene) return scene.error();
