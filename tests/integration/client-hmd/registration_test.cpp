@@ -293,5 +293,26 @@ TEST_F(Registration, APointIsSeenWhereTheLensPutsIt_V4) {
   EXPECT_EQ(picture.rgba[0] + picture.rgba[1] + picture.rgba[2], 0);
 }
 
+TEST_F(Registration, BothEyesSeeTheOverlayAtOneDistance_V4) {
+  const std::vector<View> views = eyes(default_hmd_calibration());
+  Frame frame;
+  frame.scene = std::make_shared<const Scene>();
+  frame.palette_page = 0;
+  frame.plain_backdrop = glm::vec3(0.0F);
+  frame.eye = OrbitCamera().eye(64, 64);
+  const auto [width, height] = Presenter::picture_size(canvas_with(views));
+  const glm::vec2 size(40.0F, 20.0F);
+  const glm::vec2 middle = 0.5F * glm::vec2(width, height);
+  frame.overlay.panels = {{middle - 0.5F * size, size, 0.0F, {0.0F, 1.0F, 0.0F, 1.0F}}};
+  const Image picture = shown(frame, views, 0.5, std::nullopt);
+  const glm::dvec2 left = centre_of(picture, views[0].area, 1);
+  const glm::dvec2 right = centre_of(picture, views[1].area, 1);
+  const double focal_px = views[0].optics->shown.fx_px;
+  EXPECT_NEAR(left.x - right.x, focal_px * 0.063 / EyeFrameOptions{}.overlay_depth_m, 1.0);
+  EXPECT_NEAR(left.y, right.y, 0.5);
+  EXPECT_NEAR(0.5 * (left.x + right.x), (views[0].area.width_px - 1) / 2.0, 1.0);
+  EXPECT_NEAR(left.y, (views[0].area.height_px - 1) / 2.0, 1.0);
+}
+
 }  // namespace
 }  // namespace handloft::client
