@@ -58,6 +58,17 @@ TEST(Options, ShowStripesOnDemand) {
   ASSERT_TRUE(striped.ok()) << striped.error().describe();
   EXPECT_EQ(striped->options.shading, Shading::zebra);
   EXPECT_FALSE(parse({"--shading", "tiger"}).ok());
+  EXPECT_EQ(parse({"--shading", "car-paint"})->options.shading, Shading::car_paint);
+  const auto net = parse({"--overlay", "net,wires", "--edges", "trimmed", "--surroundings", "bare"});
+  ASSERT_TRUE(net.ok());
+  EXPECT_TRUE(net->options.overlays.control_nets && net->options.overlays.wires);
+  EXPECT_EQ(net->options.edges, SurfaceEdges::trimmed);
+  EXPECT_EQ(net->options.surroundings, Surroundings::bare);
+  EXPECT_FALSE(parse({"--overlay", "stars"}).ok());
+  const auto bent = parse({"--curvature", "gaussian", "--curvature-range", "20"});
+  ASSERT_TRUE(bent.ok());
+  EXPECT_EQ(bent->options.curvature, (CurvatureView{CurvatureKind::gaussian, 20.0F}));
+  EXPECT_FALSE(parse({"--curvature", "sharp"}).ok());
 }
 
 TEST(Options, RefuseNonsenseNamingTheOption) {
