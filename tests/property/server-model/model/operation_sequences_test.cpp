@@ -18,6 +18,7 @@
 #include "document_invariants.h"
 #include "server-model/model/canonical.h"
 #include "server-model/model/model.h"
+#include "state_round_trip.h"
 #include "tests/support/build_kind.h"
 
 namespace handloft::model {
@@ -363,6 +364,7 @@ TEST(OperationSequences, A28X5KeepEveryInvariantAndUndoToTheBit) {
           undone.clear();
         }
       }
+      RC_ASSERT(test::broken_round_trip(model) == "");
       while (path.size() > 1) {
         RC_ASSERT(model.submit(undo).ok());
         path.pop_back();

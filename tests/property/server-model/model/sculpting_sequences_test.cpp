@@ -17,6 +17,7 @@
 #include "server-model/model/model.h"
 #include "server-model/model/sculpt_border.h"
 #include "server-model/model/sculpt_solvers.h"
+#include "state_round_trip.h"
 #include "tests/support/build_kind.h"
 
 namespace handloft::model {
@@ -179,6 +180,7 @@ TEST(SculptingSequences, D20X5X2KeepEveryInvariantUndoRedoAndReplayToTheBit) {
       Model replayed;  // It keeps nothing between operations.
       for (const v1::Operation& each : log) RC_ASSERT(replayed.submit(each).ok());
       RC_ASSERT(document_hash(replayed.document()) == hash);
+      RC_ASSERT(test::broken_round_trip(model) == "");
 
       v1::Operation undo, redo;
       undo.mutable_undo();
