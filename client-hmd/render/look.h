@@ -30,8 +30,8 @@ enum class CurvatureKind : std::uint8_t {
 /// Curvature in 1/m: 20 is a radius of 50 mm. Positive: bent as a ball is, seen from its outside.
 struct CurvatureView {
   CurvatureKind kind = CurvatureKind::mean;
-  /// At the ends of the colours, on either side; 0: chosen so that 95 % of what is seen of a shape lies within
-  /// (of the middle one, where there are several).
+  /// At the ends of the colours, on either side; 0: chosen so that 95 % of what is seen of a shape lies
+  /// within (of the middle one, where there are several).
   float range_per_m = 0.0F;
   bool operator==(const CurvatureView&) const = default;
 };
