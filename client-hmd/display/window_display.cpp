@@ -10,6 +10,8 @@
 namespace handloft::client {
 namespace {
 
+constexpr auto monitors_asked_every = std::chrono::milliseconds(500);
+
 MonitorInfo info_of(GLFWmonitor* monitor) {
   MonitorInfo info;
   if (const char* name = glfwGetMonitorName(monitor); name != nullptr) info.name = name;
@@ -55,6 +57,7 @@ Status WindowDisplay::renew() {
   if (!window) return window.error();
   window_ = std::move(*window);
   choice_ = MonitorChoice(options_.monitor);
+  monitors_at_.reset();
   follow_monitors();
   return {};
 }
@@ -67,7 +70,16 @@ WindowInput WindowDisplay::poll(OrbitCamera& camera) {
 
 void WindowDisplay::follow_monitors() {
   if (!options_.monitor) return;
-  if (const std::optional<Placement> placement = choice_.after_change(present_monitors())) place(*placement);
+  if (const std::optional<Placement> placement = choice_.after_change(monitors())) place(*placement);
+}
+
+const std::vector<MonitorInfo>& WindowDisplay::monitors() const {
+  const TimePoint now = clock_.now();
+  if (!monitors_at_ || now - *monitors_at_ > monitors_asked_every) {
+    monitors_ = present_monitors();
+    monitors_at_ = now;
+  }
+  return monitors_;
 }
 
 /// Borderless rather than exclusive: a window manager then shows warnings and other windows as ever, and
@@ -101,7 +113,7 @@ std::optional<Duration> WindowDisplay::refresh_period() const {
   glfwGetWindowPos(window_->handle(), &x, &y);
   glfwGetWindowSize(window_->handle(), &width, &height);
   int hz = 0;
-  for (const MonitorInfo& monitor : present_monitors()) {
+  for (const MonitorInfo& monitor : monitors()) {
     const int right = x + width / 2 - monitor.x_px;
     const int down = y + height / 2 - monitor.y_px;
     const bool inside = right >= 0 && down >= 0 && right < monitor.width_px && down < monitor.height_px;

@@ -37,11 +37,16 @@ class WindowDisplay final : public Display {
  private:
   WindowDisplay(WindowDisplayOptions options, Logger log);
   void follow_monitors();
+  const std::vector<MonitorInfo>& monitors() const;
   void place(const Placement& placement);
 
   WindowDisplayOptions options_;
   Logger log_;
   MonitorChoice choice_;
+  SystemClock clock_;
+  /// Asking the display server takes round trips: as they were a moment ago.
+  mutable std::vector<MonitorInfo> monitors_;
+  mutable std::optional<TimePoint> monitors_at_;
   std::unique_ptr<Window> window_;
 };
 
