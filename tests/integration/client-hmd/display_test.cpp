@@ -169,7 +169,7 @@ TEST(StereoWindow, CoversTheMonitorThatIsAskedFor_V4) {
 TEST(LostContext, TheNextOneDrawsTheSamePicture) {
   Result<std::unique_ptr<Display>> display = OffscreenDisplay::open(480, 270);
   ASSERT_TRUE(display.ok()) << display.error().describe();
-  const auto picture = [&display] {
+  const auto picture = [] {
     Result<std::unique_ptr<Renderer>> renderer = Renderer::create();
     EXPECT_TRUE(renderer.ok());
     const Result<Image> image = (*renderer)->draw_to_image(test_frame(480, 270), {});
