@@ -85,12 +85,13 @@ std::optional<Picked> Picker::pick(const Scene& scene, const Eye& eye, const glm
 std::optional<Picked> Picker::pick_icon(const Scene& scene, const Eye& eye, const glm::dvec2& at_px) {
   NearestSeen nearest(eye, at_px, options_.icon_px);
   std::optional<Picked> best;
-  for (const auto& [id, entity] : scene.entities) {
-    if (entity->icons == nullptr) continue;
-    for (const SceneIcon& icon : *entity->icons) {
+  for (const auto& each : scene.entities) {
+    const Entity& entity = *each.second;
+    if (entity.icons == nullptr) continue;
+    for (const SceneIcon& icon : *entity.icons) {
       const auto consider = [&](const glm::dvec3& at) {
         if (!nearest.offer(at)) return;
-        best = picked_of(*entity, at, eye);
+        best = picked_of(entity, at, eye);
         best->icon = icon.id;
       };
       consider(place(icon.place));
