@@ -52,9 +52,13 @@ const std::map<std::string, std::set<std::string>>& allowed_rooms() {
       {"client-hmd/view", {"client-hmd/mirror"}},
       {"client-hmd/render", {"client-hmd/mirror", "client-hmd/view"}},
       {"client-hmd/desktop", {"client-hmd/mirror", "client-hmd/view"}},
-      {"client-hmd/hud", {"client-hmd/mirror", "client-hmd/view", "client-hmd/render"}},
+      {"client-hmd/hud", {"client-hmd/mirror", "client-hmd/view", "client-hmd/render", "client-hmd/desktop"}},
+      {"client-hmd/display",
+       {"client-hmd/mirror", "client-hmd/view", "client-hmd/render", "client-hmd/desktop"}},
+      {"client-hmd/shots", {"client-hmd/mirror", "client-hmd/view", "client-hmd/render"}},
       {"client-hmd/main",
-       {"client-hmd/mirror", "client-hmd/view", "client-hmd/render", "client-hmd/desktop", "client-hmd/hud"}},
+       {"client-hmd/mirror", "client-hmd/view", "client-hmd/render", "client-hmd/desktop",
+        "client-hmd/display", "client-hmd/hud", "client-hmd/shots"}},
   };
   return rooms;
 }
