@@ -167,6 +167,7 @@ std::string who_changes(const Entity& entity, const ModelState& model) {
 
 std::vector<ShapeRow> shape_rows(const ModelState& model) {
   std::vector<ShapeRow> rows;
+  rows.reserve(model.scene->entities.size());
   for (const auto& [id, entity] : model.scene->entities) {
     ShapeRow row;
     row.id = id;
@@ -187,6 +188,7 @@ std::vector<ShapeRow> shape_rows(const ModelState& model) {
 
 std::vector<CommandSection> sections(const PanelFacts& facts) {
   std::vector<CommandSection> all;
+  all.reserve(section_order.size());
   for (const std::string_view title : section_order) all.push_back({title, {}});
   for (const PaletteCell& cell : table_palette) {
     const std::string_view title = section_of(cell.command);
