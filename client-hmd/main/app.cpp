@@ -57,8 +57,18 @@ Status run_hmd(const HmdOptions& options, const Logger& log) {
     return shoot(
         {options, clock, feeds, std::cout}, [&end_signal] { return end_signal.came(); }, log);
   }
+  std::unique_ptr<Metrics> metrics;
+  if (options.metrics) {
+    const Result<net::Endpoint> endpoint = net::parse_endpoint(*options.metrics);
+    if (!endpoint) return endpoint.error();
+    Result<std::unique_ptr<Metrics>> serving = Metrics::serve(*endpoint, log.component("metrics"));
+    if (!serving) return serving.error();
+    metrics = std::move(*serving);
+    log.info("metrics at {}", metrics->endpoint().to_string());
+  }
   // Destroyed before its display: it holds the display's OpenGL objects.
-  Result<std::unique_ptr<FrameLoop>> loop = FrameLoop::create({options, clock, feeds, **display}, log);
+  Result<std::unique_ptr<FrameLoop>> loop =
+      FrameLoop::create({options, clock, feeds, **display, metrics.get()}, log);
   if (!loop) return loop.error();
   if (const Status status = (*loop)->run([&end_signal] { return end_signal.came(); }); !status) return status;
   const RunFigures figures = (*loop)->figures();

@@ -11,6 +11,8 @@ namespace handloft::client {
 namespace {
 
 constexpr int still_supersampling = 2;
+/// Often enough for whoever asks every few seconds.
+constexpr Duration metrics_every = std::chrono::seconds(1);
 
 int scaled(int pixels, double scale) {
   return std::max(1, static_cast<int>(std::lround(pixels * scale)));
@@ -160,6 +162,7 @@ Frame FrameLoop::compose(TimePoint now, TimePoint light, const FrameSources& sou
   request.surroundings = view_.surroundings;
   parts_.feeds.model().want_control_nets(view_.overlays.control_nets ? ControlNetWish::shown
                                                                      : ControlNetWish::hidden);
+  request.hand_occlusion = parts_.options.hand_occlusion;
   request.latency_ms = parts_.feeds.latency_ms();
   request.colours = panels_.colours();
   place_hud(request, canvas);
@@ -251,6 +254,10 @@ void FrameLoop::count_frame(TimePoint begin, const ModelState& model) {
     figures_.capture_to_presentation.add(now - model.scene_capture_time);
   }
   presented_ = model.scene;
+  if (parts_.metrics != nullptr && now - metrics_told_ >= metrics_every) {
+    parts_.metrics->put(figures());
+    metrics_told_ = now;
+  }
 }
 
 void FrameLoop::pace(TimePoint begin) const {

@@ -11,6 +11,7 @@
 #include "client-hmd/main/desktop_link.h"
 #include "client-hmd/main/feeds.h"
 #include "client-hmd/main/frame_timing.h"
+#include "client-hmd/main/metrics.h"
 #include "client-hmd/main/panel_link.h"
 #include "client-hmd/main/pictures.h"
 #include "client-hmd/main/presenter.h"
@@ -25,6 +26,7 @@ struct FrameLoopParts {
   const Clock& clock;
   Feeds& feeds;
   Display& display;
+  Metrics* metrics = nullptr;  ///< Null: nobody asks.
 };
 
 class FrameLoop {
@@ -69,6 +71,7 @@ class FrameLoop {
   TimePoint started_;
   bool finished_ = false;
   std::shared_ptr<const Scene> presented_;
+  TimePoint metrics_told_;
   RunFigures figures_;
 };
 

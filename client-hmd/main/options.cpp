@@ -78,7 +78,7 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   HmdOptions& options = parsed.options;
   std::string model, tracking, size = "1280x720", when = "end", camera = "orbit", view = "table",
                                shading = "studio", curvature = "mean", overlay = "none", edges = "soft",
-                               surroundings = "workplace";
+                               surroundings = "workplace", hand_occlusion = "on";
   double duration_s = 0.0;
   double curvature_range_per_m = 0.0;
   double display_latency_ms = 16.0;
@@ -127,11 +127,16 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
             {.choices = {"workplace", "bare"}});
   table.add("azimuth", options.azimuth_deg, "From where the orbiting camera looks at first; 0: from +x",
             {.min = -360, .max = 360, .value_name = "DEG"});
-  table.add("camera_elevation", options.camera_elevation_deg, "How far from above it looks; 90: straight down",
-            {.min = -89, .max = 89, .value_name = "DEG"});
+  table.add("camera_elevation", options.camera_elevation_deg,
+            "How far from above it looks; 90: straight down", {.min = -89, .max = 89, .value_name = "DEG"});
   table.add("once", options.once, "Take one screenshot of the scene as it is, then end");
   table.add("duration", duration_s, "End after so many seconds; 0: not",
             {.min = 0, .max = 1e6, .value_name = "S"});
+  table.add("metrics", options.metrics,
+            "Serve metrics in Prometheus' text format: tcp:127.0.0.1:9465 or unix:PATH, GET /metrics",
+            {.value_name = "ENDPOINT"});
+  table.add("hand_occlusion", hand_occlusion, "Over film: whether the filmed hand hides what is behind it",
+            {.choices = {"on", "off"}});
   table.add("stats", options.stats, "Show how old what is seen is, and say it at the end");
   table.add("report", options.report, "Write figures as JSON at the end", {.value_name = "FILE.json"});
   table.add("display_latency", display_latency_ms, "From drawing to light on the display",
@@ -175,6 +180,7 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   const std::optional<SurfaceOverlays> overlays = overlays_named(overlay);
   if (!overlays) return bad("overlay", overlay, "none, wires, net or isophotes, with commas between");
   options.overlays = *overlays;
+  options.hand_occlusion = hand_occlusion == "off" ? HandOcclusion::off : HandOcclusion::on;
   options.edges = edges == "trimmed" ? SurfaceEdges::trimmed : SurfaceEdges::soft;
   options.surroundings = surroundings == "bare" ? Surroundings::bare : Surroundings::workplace;
   options.duration = from_seconds(duration_s);

@@ -56,7 +56,9 @@ struct HmdOptions {
   std::string screenshot;  ///< Path of a PNG; empty: none.
   ScreenshotTime screenshot_time = ScreenshotTime::end;
   std::uint64_t screenshot_frames = 0;
-  bool stats = false;   ///< Show how old what is seen is, and say it at the end.
+  bool stats = false;                  ///< Show how old what is seen is, and say it at the end.
+  std::optional<std::string> metrics;  ///< Endpoint to serve them at; absent: none.
+  HandOcclusion hand_occlusion = HandOcclusion::on;
   std::string report;   ///< Path of a JSON file; empty: none.
   bool once = false;    ///< One picture of the scene as it is, then end.
   Duration duration{};  ///< Zero: until it is told to end.

@@ -133,10 +133,10 @@ struct Frame {
   std::optional<SymmetryHint> symmetry;
   std::vector<DiskHint> disks;                                ///< One a closed hand.
   std::vector<std::shared_ptr<const SceneCurve>> air_curves;  ///< Being drawn; never null.
-  int palette_page = first_palette_page;                      ///< Whose cells the table shows; 0: none at all.
-  std::vector<SpaceSheet> sheets;                             ///< Status cards and the like.
-  std::optional<PaletteCommand> touched;                      ///< The palette's cell under the hand.
-  std::optional<DistanceScale> distances;                     ///< Shapes show theirs (A28); references fade.
+  int palette_page = first_palette_page;   ///< Whose cells the table shows; 0: none at all.
+  std::vector<SpaceSheet> sheets;          ///< Status cards and the like.
+  std::optional<PaletteCommand> touched;   ///< The palette's cell under the hand.
+  std::optional<DistanceScale> distances;  ///< Shapes show theirs (A28); references fade.
   Shading shading = Shading::studio;
   CurvatureView curvature;   ///< Which, where `shading` shows it.
   SurfaceOverlays overlays;  ///< Lines over surfaces.

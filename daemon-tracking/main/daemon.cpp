@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "common/net/frame_ring.h"
+#include "common/net/io_thread.h"
+#include "common/net/metrics_server.h"
 #include "daemon-tracking/main/fast_session.h"
 #include "daemon-tracking/main/fusion_stage.h"
-#include "daemon-tracking/main/io_thread.h"
 #include "daemon-tracking/main/live_session.h"
 #include "daemon-tracking/main/metrics.h"
-#include "daemon-tracking/main/metrics_server.h"
 #include "daemon-tracking/main/sample_recorder.h"
 #include "daemon-tracking/main/sources.h"
 #include "daemon-tracking/main/trace_log.h"
@@ -128,8 +128,8 @@ class Daemon {
     if (options_.metrics) {
       const Result<net::Endpoint> endpoint = net::parse_endpoint(*options_.metrics);
       if (!endpoint) return endpoint.error();
-      auto server = MetricsServer::listen(
-          io_.context().get_executor(), *endpoint,
+      auto server = net::MetricsServer::listen(
+          io_.context().get_executor(), *endpoint, "handloft-trackd",
           [this] { return prometheus_text(board_, process_figures()); }, log_.component("metrics"));
       if (!server) return server.error();
       metrics_ = std::move(*server);
@@ -360,12 +360,12 @@ class Daemon {
   const Logger& log_;
   SessionControl& control_;
   DaemonWorld world_;
-  IoThread io_;
+  net::IoThread io_;
   MetricsBoard board_;
   std::unique_ptr<Publisher> publisher_;
   std::optional<net::FrameRingWriter> ring_;
   std::unique_ptr<net::FrameRingServer> ring_server_;
-  std::unique_ptr<MetricsServer> metrics_;
+  std::unique_ptr<net::MetricsServer> metrics_;
   std::unique_ptr<TraceLog> trace_;
   std::unique_ptr<SampleRecorder> recorder_;
   std::vector<std::string> camera_names_;

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <utility>
 
+#include "common/base/metrics_text.h"
 #include "common/base/version.h"
 
 namespace handloft::tracking {
@@ -18,45 +19,22 @@ namespace {
 constexpr double ms_per_s = 1000.0;
 constexpr double us_per_s = 1e6;
 
-// Families of samples: each has its help and type once, as the format demands.
-class Text {
- public:
-  void family(std::string_view name, std::string_view type, std::string_view help) {
-    name_ = name;
-    fmt::format_to(to(), "# HELP handloft_{} {}\n# TYPE handloft_{} {}\n", name, help, name, type);
+void add_histogram(MetricsText& text, const LatencyHistogram& values, const std::string& labels = {}) {
+  const std::string comma = labels.empty() ? "" : labels + ",";
+  for (std::size_t i = 0; i < LatencyHistogram::bounds_ms.size(); ++i) {
+    text.sample(values.up_to[i], fmt::format("{}le=\"{}\"", comma, LatencyHistogram::bounds_ms[i] / ms_per_s),
+                "_bucket");
   }
-  template <typename Number>
-  void sample(Number value, std::string_view labels = {}, std::string_view suffix = {}) {
-    const std::string braced = labels.empty() ? std::string() : fmt::format("{{{}}}", labels);
-    fmt::format_to(to(), "handloft_{}{}{} {}\n", name_, suffix, braced, value);
-  }
-  void histogram(const LatencyHistogram& values, const std::string& labels = {}) {
-    const std::string comma = labels.empty() ? "" : labels + ",";
-    for (std::size_t i = 0; i < LatencyHistogram::bounds_ms.size(); ++i) {
-      sample(values.up_to[i], fmt::format("{}le=\"{}\"", comma, LatencyHistogram::bounds_ms[i] / ms_per_s),
-             "_bucket");
-    }
-    sample(values.count(), comma + "le=\"+Inf\"", "_bucket");
-    sample(values.sum_ms / ms_per_s, labels, "_sum");
-    sample(values.count(), labels, "_count");
-  }
-  std::string take() { return fmt::to_string(out_); }
-
- private:
-  std::back_insert_iterator<fmt::memory_buffer> to() { return std::back_inserter(out_); }
-  fmt::memory_buffer out_;
-  std::string_view name_;
-};
-
-std::string label(std::string_view key, std::string_view value) {
-  return fmt::format("{}=\"{}\"", key, escape_label(value));
+  text.sample(values.count(), comma + "le=\"+Inf\"", "_bucket");
+  text.sample(values.sum_ms / ms_per_s, labels, "_sum");
+  text.sample(values.count(), labels, "_count");
 }
 
-void devices(Text& text, const MetricsSnapshot& figures) {
+void devices(MetricsText& text, const MetricsSnapshot& figures) {
   const auto each = [&](std::string_view name, std::string_view type, std::string_view help, auto value) {
     text.family(name, type, help);
     for (const DeviceReport& device : figures.devices)
-      text.sample(value(device), label("device", device.device));
+      text.sample(value(device), metrics_label("device", device.device));
   };
   each("device_present", "gauge", "1: plugged in and delivering.",
        [](const DeviceReport& device) { return device.present ? 1 : 0; });
@@ -74,11 +52,11 @@ void devices(Text& text, const MetricsSnapshot& figures) {
        [](const DeviceReport& device) { return device.problem.empty() ? 0 : 1; });
 }
 
-void cameras(Text& text, const MetricsSnapshot& figures) {
+void cameras(MetricsText& text, const MetricsSnapshot& figures) {
   const auto each = [&](std::string_view name, std::string_view help, auto value) {
     text.family(name, "counter", help);
     for (const CameraMetrics& camera : figures.cameras)
-      text.sample(value(camera), label("camera", camera.name));
+      text.sample(value(camera), metrics_label("camera", camera.name));
   };
   each("camera_frames_total", "Frames that the fusion took.",
        [](const CameraMetrics& camera) { return camera.frames; });
@@ -89,23 +67,10 @@ void cameras(Text& text, const MetricsSnapshot& figures) {
        [](const CameraMetrics& camera) { return camera.fingertips; });
   text.family("camera_vision_seconds", "histogram", "Decoding and looking at one frame.");
   for (const CameraMetrics& camera : figures.cameras)
-    text.histogram(camera.vision, label("camera", camera.name));
+    add_histogram(text, camera.vision, metrics_label("camera", camera.name));
 }
 
 }  // namespace
-
-std::string escape_label(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '\n') {
-      out += "\\n";
-      continue;
-    }
-    if (c == '\\' || c == '"') out += '\\';
-    out += c;
-  }
-  return out;
-}
 
 void MetricsBoard::put(MetricsSnapshot snapshot) {
   const std::lock_guard lock(mutex_);
@@ -152,9 +117,9 @@ ProcessFigures process_figures() {
 
 std::string prometheus_text(const MetricsBoard& board, const ProcessFigures& process) {
   const MetricsSnapshot figures = board.get();
-  Text text;
+  MetricsText text;
   text.family("build_info", "gauge", "Which build this is.");
-  text.sample(1, label("version", version()) + "," + label("commit", version_commit()));
+  text.sample(1, metrics_label("version", version()) + "," + metrics_label("commit", version_commit()));
   devices(text, figures);
   cameras(text, figures);
   const auto counter = [&](std::string_view name, std::string_view help, std::uint64_t value) {
@@ -178,9 +143,9 @@ std::string prometheus_text(const MetricsBoard& board, const ProcessFigures& pro
   text.sample(figures.subscribers);
   text.family("exposure_to_publish_seconds", "histogram",
               "Age of a frame when it is published: middle of its exposure to socket.");
-  text.histogram(figures.exposure_to_publish);
+  add_histogram(text, figures.exposure_to_publish);
   text.family("arrival_to_publish_seconds", "histogram", "The daemon's own part of that age.");
-  text.histogram(figures.arrival_to_publish);
+  add_histogram(text, figures.arrival_to_publish);
   text.family("process_cpu_seconds_total", "counter", "User and system time.");
   text.sample(process.cpu_seconds);
   text.family("process_resident_memory_bytes", "gauge", "Resident memory.");

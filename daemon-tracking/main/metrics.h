@@ -60,9 +60,6 @@ class MetricsBoard {
   std::uint64_t reloads_refused_ = 0;
 };
 
-/// A label's value between its quotes: backslash, quote and newline escaped.
-std::string escape_label(std::string_view text);
-
 std::string prometheus_text(const MetricsBoard& board, const ProcessFigures& process);
 
 }  // namespace handloft::tracking

@@ -224,7 +224,7 @@ TEST(LostContext, TheFrameLoopGoesOn_V5) {
   const Result<net::Endpoint> nobody = net::parse_endpoint("unix:/nowhere/model.sock");
   ASSERT_TRUE(nobody.ok());
   Feeds feeds(options, *nobody, clock, log);
-  Result<std::unique_ptr<FrameLoop>> loop = FrameLoop::create({options, clock, feeds, display}, log);
+  Result<std::unique_ptr<FrameLoop>> loop = FrameLoop::create({options, clock, feeds, display, nullptr}, log);
   ASSERT_TRUE(loop.ok()) << loop.error().describe();
   const Status ran = (*loop)->run([&display] { return display.polls >= 14; });
   EXPECT_TRUE(ran.ok()) << ran.error().describe();

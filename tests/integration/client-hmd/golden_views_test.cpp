@@ -2,8 +2,8 @@
 // scripts' designs through model, stream and mirror. A picture is right when its structure and its colours
 // are near enough to the golden one's; that a wrong one is not is tested too.
 //
-// HANDLOFT_UPDATE_GOLDEN=1 build/release/bin/integration_client_views --gtest_filter='All/*' writes them anew, and
-// build/golden_views.png, all on one sheet: look at it before they are committed.
+// HANDLOFT_UPDATE_GOLDEN=1 build/release/bin/integration_client_views --gtest_filter='All/*' writes them
+// anew, and build/golden_views.png, all on one sheet: look at it before they are committed.
 
 #include <gtest/gtest.h>
 #include <png.h>

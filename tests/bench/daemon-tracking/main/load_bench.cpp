@@ -14,9 +14,9 @@
 #include <future>
 #include <string>
 
+#include "common/net/io_thread.h"
 #include "common/net/message_client.h"
 #include "daemon-tracking/main/fusion_stage.h"
-#include "daemon-tracking/main/io_thread.h"
 #include "daemon-tracking/main/live_session.h"
 #include "daemon-tracking/main/repeated_stream.h"
 #include "daemon-tracking/source/paced_source.h"
@@ -66,7 +66,7 @@ int measure(const Load& load, double seconds) {
   const PrerenderedSession session = prerender(load.cameras, load.rate_hz, prerendered_s);
   const SystemClock clock;
   const Logger log("load", LogLevel::warning);
-  IoThread io;
+  net::IoThread io;
   auto publisher = Publisher::listen(
       io.context().get_executor(),
       *net::parse_endpoint(fmt::format("unix:/tmp/handloft-load-{}.sock", getpid())), clock, log);

@@ -8,8 +8,8 @@
 #include <atomic>
 #include <future>
 
+#include "common/net/io_thread.h"
 #include "common/net/message_client.h"
-#include "daemon-tracking/main/io_thread.h"
 #include "daemon-tracking/source/glove_report.h"
 #include "proto/session.pb.h"
 #include "tests/support/test_data.h"
@@ -123,7 +123,7 @@ class LiveSessionTest : public testing::Test {
 
   const SystemClock clock_;
   test::TemporaryDirectory folder_;
-  IoThread io_;
+  net::IoThread io_;
   MetricsBoard board_;
   SessionControl control_;
   ScriptedSource broken_{"pen", make_error(ErrorCode::io, "it is on fire", "pen")};

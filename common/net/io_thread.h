@@ -8,7 +8,7 @@
 #include <optional>
 #include <thread>
 
-namespace handloft::tracking {
+namespace handloft::net {
 
 class IoThread {
  public:
@@ -41,4 +41,4 @@ class IoThread {
   std::thread thread_;
 };
 
-}  // namespace handloft::tracking
+}  // namespace handloft::net

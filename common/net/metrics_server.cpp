@@ -1,4 +1,4 @@
-#include "daemon-tracking/main/metrics_server.h"
+#include "common/net/metrics_server.h"
 
 #include <sys/socket.h>
 #include <unistd.h>
@@ -21,7 +21,7 @@
 
 #include "common/base/version.h"
 
-namespace handloft::tracking {
+namespace handloft::net {
 
 namespace {
 namespace asio = boost::asio;
@@ -35,11 +35,12 @@ constexpr auto patience = std::chrono::seconds(5);
 constexpr auto pause_after_failure = std::chrono::milliseconds(100);
 
 http::response<http::string_body> answer(const http::request<http::empty_body>& request,
+                                         const std::string& program,
                                          const std::function<std::string()>& text) {
   http::response<http::string_body> response;
   response.version(request.version());
   response.keep_alive(false);
-  response.set(http::field::server, program_version("handloft-trackd"));
+  response.set(http::field::server, program_version(program));
   response.set(http::field::content_type, "text/plain; version=0.0.4; charset=utf-8");
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
     response.result(http::status::method_not_allowed);
@@ -58,19 +59,21 @@ http::response<http::string_body> answer(const http::request<http::empty_body>& 
 }  // namespace
 
 struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServer::Implementation> {
-  Implementation(asio::any_io_executor io, net::Listener taken, std::function<std::string()> asked,
-                 Logger logger)
+  Implementation(asio::any_io_executor io, Listener taken, std::string its_program,
+                 std::function<std::string()> asked, Logger logger)
       : strand(asio::make_strand(io)),
         acceptor(strand, ::dup(taken.fd.get())),
         pause(strand),
         listener(std::move(taken)),
+        program(std::move(its_program)),
         text(std::move(asked)),
         log(std::move(logger)) {}
 
   asio::strand<asio::any_io_executor> strand;
   asio::posix::stream_descriptor acceptor;
   asio::steady_timer pause;
-  net::Listener listener;
+  Listener listener;
+  std::string program;
   std::function<std::string()> text;
   Logger log;
   int connections = 0;
@@ -80,8 +83,8 @@ struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServe
     while (acceptor.is_open()) {
       const int fd = ::accept4(listener.fd.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
       if (fd >= 0) {
-        net::FileDescriptor peer(fd);
-        if (connections >= most_connections || !net::check_peer(fd, listener.endpoint)) continue;
+        FileDescriptor peer(fd);
+        if (connections >= most_connections || !check_peer(fd, listener.endpoint)) continue;
         serve(std::move(peer));
         continue;
       }
@@ -97,8 +100,8 @@ struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServe
     }
   }
 
-  void serve(net::FileDescriptor peer) {
-    const int family = listener.endpoint.kind == net::Endpoint::Kind::unix_socket ? AF_UNIX : AF_INET;
+  void serve(FileDescriptor peer) {
+    const int family = listener.endpoint.kind == Endpoint::Kind::unix_socket ? AF_UNIX : AF_INET;
     auto stream = std::make_shared<Stream>(strand);
     boost::system::error_code error;
     stream->socket().assign(asio::generic::stream_protocol(family, 0), peer.get(), error);
@@ -122,7 +125,7 @@ struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServe
     stream.expires_after(patience);
     co_await http::async_read(stream, buffer, parser, asio::redirect_error(asio::use_awaitable, error));
     if (error) co_return;
-    http::response<http::string_body> response = answer(parser.get(), text);
+    http::response<http::string_body> response = answer(parser.get(), program, text);
     http::response_serializer<http::string_body> serializer(response);
     stream.expires_after(patience);
     co_await http::async_write(stream, serializer, asio::redirect_error(asio::use_awaitable, error));
@@ -137,19 +140,19 @@ MetricsServer::~MetricsServer() {
 }
 
 Result<std::unique_ptr<MetricsServer>> MetricsServer::listen(asio::any_io_executor executor,
-                                                             const net::Endpoint& endpoint,
+                                                             const Endpoint& endpoint, std::string program,
                                                              std::function<std::string()> text, Logger log) {
-  Result<net::Listener> listener = net::listen_on(endpoint);
+  Result<Listener> listener = listen_on(endpoint);
   if (!listener) return listener.error();
   auto implementation = std::make_shared<Implementation>(std::move(executor), std::move(*listener),
-                                                         std::move(text), std::move(log));
+                                                         std::move(program), std::move(text), std::move(log));
   asio::co_spawn(
       implementation->strand,
       [implementation]() -> asio::awaitable<void> { co_await implementation->accept_all(); }, asio::detached);
   return std::unique_ptr<MetricsServer>(new MetricsServer(std::move(implementation)));
 }
 
-const net::Endpoint& MetricsServer::endpoint() const {
+const Endpoint& MetricsServer::endpoint() const {
   return implementation_->listener.endpoint;
 }
 
@@ -158,8 +161,8 @@ void MetricsServer::stop() {
     boost::system::error_code ignored;
     self->acceptor.close(ignored);
     self->pause.cancel();
-    net::close_listener(self->listener);
+    close_listener(self->listener);
   });
 }
 
-}  // namespace handloft::tracking
+}  // namespace handloft::net

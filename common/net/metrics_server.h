@@ -1,5 +1,5 @@
 #pragma once
-// Serves the metrics over HTTP on loopback or on a Unix socket of ours: GET /metrics, one answer a
+// Serves a program's metrics over HTTP on loopback or on a Unix socket of ours: GET /metrics, one answer a
 // connection. Off by default; nothing else can be asked of it, and it tells nothing of what hands do.
 
 #include <boost/asio/any_io_executor.hpp>
@@ -11,20 +11,20 @@
 #include "common/base/result.h"
 #include "common/net/endpoint.h"
 
-namespace handloft::tracking {
+namespace handloft::net {
 
 class MetricsServer {
  public:
-  /// `text` is asked from the executor's threads. Errors: those of net::listen_on (TCP beyond loopback is
-  /// refused).
+  /// `program`: its name, for the answers' heads. `text` is asked from the executor's threads. Errors: those
+  /// of listen_on (TCP beyond loopback is refused).
   static Result<std::unique_ptr<MetricsServer>> listen(boost::asio::any_io_executor executor,
-                                                       const net::Endpoint& endpoint,
+                                                       const Endpoint& endpoint, std::string program,
                                                        std::function<std::string()> text, Logger log);
   ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;
 
-  const net::Endpoint& endpoint() const;  ///< With the port that the system chose.
+  const Endpoint& endpoint() const;  ///< With the port that the system chose.
   void stop();
 
  private:
@@ -33,4 +33,4 @@ class MetricsServer {
   std::shared_ptr<Implementation> implementation_;
 };
 
-}  // namespace handloft::tracking
+}  // namespace handloft::net
