@@ -213,7 +213,9 @@ int open_file(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags,
 
 int remove_file(sqlite3_vfs* vfs, const char* name, int) {
   State& disk = disk_of(vfs);
-  if (const Failure failure = disk.next(); failure != Failure::none) return SQLITE_IOERR_DELETE;
+  // What is full can be made emptier.
+  if (const Failure failure = disk.next(); failure != Failure::none && failure != Failure::full_for_good)
+    return SQLITE_IOERR_DELETE;
   if (!disk.files.contains(name)) return SQLITE_IOERR_DELETE_NOENT;
   // With the folder flushed: SQLite asks for it where it matters.
   disk.events.push_back({Event::Kind::remove, name, 0, {}});
