@@ -408,6 +408,12 @@ bool Desktop::do_view(DesktopAction action, const DesktopWorld& world) {
     case DesktopAction::toggle_zebra:
       wishes_.toggle_zebra = true;
       return true;
+    case DesktopAction::next_light:
+      wishes_.next_light = true;
+      return true;
+    case DesktopAction::next_lines:
+      wishes_.next_lines = true;
+      return true;
     case DesktopAction::save_picture:
       wishes_.save_picture = true;
       return true;

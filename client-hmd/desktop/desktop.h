@@ -47,6 +47,8 @@ struct DesktopWishes {
   bool toggle_head = false;
   bool toggle_distances = false;
   bool toggle_zebra = false;
+  bool next_light = false;
+  bool next_lines = false;
   bool toggle_help = false;
   bool frame_all = false;
   bool frame_selected = false;

@@ -71,6 +71,8 @@ enum class DesktopAction {
   toggle_head,
   toggle_distances,
   toggle_zebra,
+  next_light,  ///< Studio, clay, car paint, ..., the curvature's colours.
+  next_lines,  ///< Wires, control net, isophotes over surfaces.
   save_picture,
   toggle_help,
   close,

@@ -65,6 +65,8 @@ constexpr std::array bindings{
     on("H", Action::toggle_head),
     on("D", Action::toggle_distances),
     on("Z", Action::toggle_zebra),
+    with_shift("Z", Action::next_light),
+    with_shift("L", Action::next_lines),
     on("S", Action::save_picture),
     on("F1", Action::toggle_help),
     with_control("Q", Action::close),
@@ -99,7 +101,7 @@ constexpr std::array bindings{
     with_shift("J", Command::next_alternative),
 };
 
-constexpr std::array<KeyHelp, 27> help{{
+constexpr std::array<KeyHelp, 28> help{{
     {"1 2 3", "lay points · push and drag · draw profiles and icons"},
     {"4 5 6", "trim by a closed curve · move whole shapes · region icon"},
     {"left button", "works with the tool; Escape takes back what is in the air"},
@@ -126,6 +128,7 @@ constexpr std::array<KeyHelp, 27> help{{
     {"I  Shift + I  Ctrl + I", "icon's property · hold or load · state; Shift + M stiffness, Shift + Delete"},
     {"Shift + N  Shift + J", "new alternative · next alternative"},
     {"X  S  D  Z  H", "export STEP · picture · distances · stripes · follow the head"},
+    {"Shift + Z  Shift + L", "next light: studio, clay, paint, silver, curvature · next lines over surfaces"},
     {"F1  Ctrl + Q", "these lines · end"},
 }};
 

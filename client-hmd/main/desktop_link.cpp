@@ -109,6 +109,8 @@ InputWishes DesktopLink::apply(const DesktopWishes& wishes, const Scene& scene, 
     view.distances = view.distances ? std::nullopt : std::optional(view.distance_scale);
   }
   if (wishes.toggle_zebra) view.shading = view.shading == Shading::zebra ? Shading::studio : Shading::zebra;
+  if (wishes.next_light) view.shading = next_shading(view.shading);
+  if (wishes.next_lines) view.overlays = next_overlays(view.overlays);
   if (wishes.frame_all) view.fit_wanted = true;
   if (wishes.frame_selected) {
     view.orbit.fit(visible_places(selected_of(scene)), size.width_px, size.height_px);

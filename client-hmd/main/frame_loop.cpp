@@ -68,7 +68,7 @@ Status FrameLoop::step() {
   parts_.feeds.follow_users();
   const FrameSources sources = parts_.feeds.newest();
   fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(),
-           offscreen() ? Fitting::follow : Fitting::once);
+           offscreen() ? Fitting::follow : Fitting::once, headset_eye());
 
   if (parts_.display.graphics() == GraphicsState::lost) {
     if (const Status renewed = renew_graphics(); !renewed) return renewed;
@@ -145,6 +145,11 @@ Canvas FrameLoop::canvas_of(double scale) {
   return canvas;
 }
 
+std::optional<EyeOptics> FrameLoop::headset_eye() const {
+  const std::vector<View> views = parts_.display.views(parts_.display.width_px(), parts_.display.height_px());
+  return views.empty() ? std::nullopt : views.front().optics;
+}
+
 Frame FrameLoop::compose(TimePoint now, TimePoint light, const FrameSources& sources, const Canvas& canvas,
                          LastTurn turn) {
   FrameRequest request;
@@ -180,7 +185,8 @@ Result<Image> FrameLoop::still() {
   rendering.curvatures = Curvatures::awaited;
   const FrameSources sources = parts_.feeds.newest();
   if (offscreen()) {
-    fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(), Fitting::follow);
+    fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(), Fitting::follow,
+             headset_eye());
   }
   Canvas canvas = canvas_of(1.0);
   const Result<unsigned> own = renderer_->own_canvas(canvas.width_px, canvas.height_px);

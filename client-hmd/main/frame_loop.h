@@ -49,6 +49,8 @@ class FrameLoop {
   void handle_input();
   Status renew_graphics();
   Canvas canvas_of(double scale);
+  /// The first eye's, in a headset.
+  std::optional<EyeOptics> headset_eye() const;
   Frame compose(TimePoint now, TimePoint light, const FrameSources& sources, const Canvas& canvas,
                 LastTurn turn);
   void end_when_due();

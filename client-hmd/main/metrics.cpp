@@ -12,10 +12,12 @@ namespace {
 
 constexpr double ms_per_s = 1000.0;
 
-void add_summary(MetricsText& text, std::string_view name, std::string_view help, const LatencyHistogram& values) {
+void add_summary(MetricsText& text, std::string_view name, std::string_view help,
+                 const LatencyHistogram& values) {
   text.family(name, "summary", help);
   for (const std::string_view share : {"0.5", "0.95", "0.99"})
-    text.sample(values.quantile_ms(std::stod(std::string(share))) / ms_per_s, metrics_label("quantile", share));
+    text.sample(values.quantile_ms(std::stod(std::string(share))) / ms_per_s,
+                metrics_label("quantile", share));
   text.sample(values.count(), {}, "_count");
 }
 
@@ -32,14 +34,15 @@ std::string prometheus_text(const RunFigures& figures) {
   add_summary(text, "frame_seconds", "From the start of a frame to its being drawn.", figures.frame_time);
   add_summary(text, "camera_to_photon_seconds", "From the film's exposure to light, estimated.",
               figures.photons.camera_to_photon);
-  add_summary(text, "motion_to_photon_seconds", "From the newest measurement of head or hand to light, estimated.",
+  add_summary(text, "motion_to_photon_seconds",
+              "From the newest measurement of head or hand to light, estimated.",
               figures.photons.motion_to_photon);
   add_summary(text, "light_prediction_error_seconds", "Of the time of light, whichever way.",
               figures.photons.prediction_error);
   add_summary(text, "capture_to_client_seconds", "From the exposure that shaped a scene to its receipt.",
               figures.model.capture_to_receipt);
-  add_summary(text, "capture_to_presentation_seconds", "From that exposure to the frame that first shows the scene.",
-              figures.capture_to_presentation);
+  add_summary(text, "capture_to_presentation_seconds",
+              "From that exposure to the frame that first shows the scene.", figures.capture_to_presentation);
   counter("frames_total", "Frames drawn.", figures.frame_time.count());
   counter("frames_skipped_total", "Not drawn, because nothing could be seen.", figures.photons.skipped);
   counter("missed_refreshes_total", "Frames that came after the refresh they were drawn for.",

@@ -1,6 +1,6 @@
 #pragma once
-// The figures of a run that goes on, for Prometheus (--metrics): the frame loop leaves them now and then, whoever asks
-// gets the newest. The loop waits for nobody (V5).
+// The figures of a run that goes on, for Prometheus (--metrics): the frame loop leaves them now and then,
+// whoever asks gets the newest. The loop waits for nobody (V5).
 
 #include <memory>
 #include <mutex>
@@ -14,8 +14,8 @@
 
 namespace handloft::client {
 
-/// Durations as summaries in seconds: frames, how old what is seen is (photon_figures.h), the model's way; the rest as
-/// counters and gauges.
+/// Durations as summaries in seconds: frames, how old what is seen is (photon_figures.h), the model's way;
+/// the rest as counters and gauges.
 std::string prometheus_text(const RunFigures& figures);
 
 class Metrics {

@@ -4,6 +4,7 @@
 #include "client-hmd/main/options.h"
 #include "client-hmd/mirror/model_feed.h"
 #include "client-hmd/view/orbit_camera.h"
+#include "client-hmd/view/stereo.h"
 
 namespace handloft::client {
 
@@ -26,7 +27,10 @@ struct ViewState {
 /// Whether the view is fitted whenever the scene changes, or once and then left to people.
 enum class Fitting { follow, once };
 
-/// When a fit is wanted and the scene is another one: as near as all of it allows, in a picture of that size.
-void fit_view(ViewState& view, const ModelState& model, int width_px, int height_px, Fitting fitting);
+/// When a fit is wanted and the scene is another one: as near as all of it allows in a plain picture of that
+/// size; through `eye`, a headset's, as near as all of it is about straight ahead, but no nearer than two
+/// eyes like.
+void fit_view(ViewState& view, const ModelState& model, int width_px, int height_px, Fitting fitting,
+              const std::optional<EyeOptics>& eye = std::nullopt);
 
 }  // namespace handloft::client

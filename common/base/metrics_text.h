@@ -1,6 +1,6 @@
 #pragma once
-// A program's figures in Prometheus' text format 0.0.4 (exposition format), all under "handloft_": families of samples,
-// each with its help and type once, as the format demands.
+// A program's figures in Prometheus' text format 0.0.4 (exposition format), all under "handloft_": families
+// of samples, each with its help and type once, as the format demands.
 
 #include <fmt/format.h>
 
@@ -17,7 +17,8 @@ std::string metrics_label(std::string_view key, std::string_view value);
 
 class MetricsText {
  public:
-  /// Begins a family; `name` must live until the next one begins. `type`: "counter", "gauge", "histogram", "summary".
+  /// Begins a family; `name` must live until the next one begins. `type`: "counter", "gauge", "histogram",
+  /// "summary".
   void family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
     fmt::format_to(to(), "# HELP handloft_{} {}\n# TYPE handloft_{} {}\n", name, help, name, type);

@@ -52,7 +52,7 @@ class History {
 
   Document base_;
   std::deque<StepPtr> steps_;  ///< Shared, so that a copy of the history costs pointers.
-  std::size_t position_ = 0;  ///< Steps applied.
+  std::size_t position_ = 0;   ///< Steps applied.
   std::size_t max_steps_;
 };
 

@@ -15,6 +15,7 @@ namespace {
 
 TEST(KeyMap, ModifiersTellKeysApart) {
   EXPECT_EQ(command_of("Z", {})->action, DesktopAction::toggle_zebra);
+  EXPECT_EQ(command_of("Z", {true, false, false})->action, DesktopAction::next_light);
   const auto undo = command_of("Z", {false, true, false});
   ASSERT_TRUE(undo);
   EXPECT_EQ(undo->command, PaletteCommand::undo);

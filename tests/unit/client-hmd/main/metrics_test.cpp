@@ -52,7 +52,8 @@ TEST(ClientMetrics, AreServedWhileTheLoopGoesOn) {
   }
   EXPECT_TRUE(answer.starts_with("HTTP/1.1 200")) << answer;
   EXPECT_THAT(answer, HasSubstr("handloft_graphics_resets_total 3\n"));
-  EXPECT_FALSE(Metrics::serve(net::parse_endpoint("tcp:0.0.0.0:0").value(), Logger("test", LogLevel::off)).ok());
+  EXPECT_FALSE(
+      Metrics::serve(net::parse_endpoint("tcp:0.0.0.0:0").value(), Logger("test", LogLevel::off)).ok());
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "client-hmd/main/view_state.h"
+
 namespace handloft::client {
 namespace {
 
@@ -61,6 +63,34 @@ TEST(SceneExtent, HoldsIconsWithTheirArrowsAndOutlines_D17) {
   EXPECT_LT(upper.z, 3.06);
   EXPECT_GT(upper.y, 2.001) << "the ball about the place";
   EXPECT_EQ(upper.x, 6.0) << "a curve's end";
+}
+
+TEST(FitView, AHeadsetShowsTheSceneStraightAheadAndNotBeforeOnesNose_V4) {
+  auto scene = std::make_shared<Scene>();
+  scene->entities["a"] = entity(Representation::points);  // A metre long, two metres to the right.
+  ModelState model;
+  model.scene = scene;
+  model.snapshots = 1;
+  HmdOptions options;
+  options.view = ViewChoice::fit;
+  EyeOptics eye;
+  eye.shown = {960, 1080, 480.0, 480.0, 479.5, 539.5, {}};  // 90 by 97 degrees.
+  ViewState plain(options), headset(options);
+  fit_view(plain, model, 960, 1080, Fitting::follow);
+  fit_view(headset, model, 960, 1080, Fitting::follow, eye);
+  EXPECT_LT(headset.orbit.distance_m, 0.5 * plain.orbit.distance_m) << "or it would be tiny";
+  EXPECT_EQ(headset.orbit.fov_y_rad, plain.orbit.fov_y_rad) << "the window's own";
+
+  auto points = std::make_shared<PointSet>();
+  points->points = {{{0, 0, 0}, 0}, {{0.01F, 0, 0}, 0}};
+  auto small = std::make_shared<Entity>();
+  small->representation = Representation::points;
+  small->points = points;
+  scene = std::make_shared<Scene>();
+  scene->entities["a"] = small;
+  model.scene = scene;
+  fit_view(headset, model, 960, 1080, Fitting::follow, eye);
+  EXPECT_NEAR(headset.orbit.distance_m, 0.35, 1e-9);
 }
 
 }  // namespace
