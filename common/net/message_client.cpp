@@ -287,7 +287,7 @@ struct MessageClient::Implementation {
       link = {};
       drop_queue();
     }
-    if (error.code == ErrorCode::cancelled && stopping) return;
+    if (stopping) return;  // Our own end tells nobody anything.
     log.info("{}: {}", endpoint.to_string(), error.describe());
     if (events.on_disconnected) events.on_disconnected(error);
   }
