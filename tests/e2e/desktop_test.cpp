@@ -32,14 +32,19 @@ using client::Scene;
 using geometry::Vec3;
 using test::Pixel;
 
-constexpr int width_px = 960, height_px = 600;
 constexpr double first_plane_m = 0.05;  ///< Of the desktop's work plane.
 constexpr double plane_step_m = 0.005;  ///< A press of PageUp.
 constexpr auto patience = 60s;          ///< Drawing in software beside everything else takes its time.
 constexpr double pixel_m = 0.0007;      ///< At the table; the pointer has no half pixels.
 
+struct Desk {
+  int width_px = 960, height_px = 600;
+  const char* panels = "never";  ///< --panels
+};
+
 class AtADesk : public ::testing::Test {
  protected:
+  explicit AtADesk(const Desk& desk = {}) : desk_(desk) {}
   void SetUp() override {
     const std::string model = "unix:" + (folder_.path() / "m.sock").string();
     modeld_ = std::make_unique<test::Process>(
@@ -47,12 +52,12 @@ class AtADesk : public ::testing::Test {
                                  "--export-folder", folder_.path()},
         folder_.path() / "modeld.log");
     ASSERT_TRUE(modeld_->read_line(patience)) << modeld_->error_output();
-    x_ = std::make_unique<test::XDesktop>(width_px, height_px, folder_.path() / "xvfb.log");
+    x_ = std::make_unique<test::XDesktop>(desk_.width_px, desk_.height_px, folder_.path() / "xvfb.log");
     hmd_ = std::make_unique<test::Process>(
         std::vector<std::string>{test::program("handloft-hmd"), "--model", model, "--size",
-                                 std::to_string(width_px) + "x" + std::to_string(height_px), "--name", "desk",
-                                 "--panels", "never", "--report", folder_.path() / "hmd.json", "--screenshot",
-                                 folder_.path() / "desk.png"},
+                                 std::to_string(desk_.width_px) + "x" + std::to_string(desk_.height_px),
+                                 "--name", "desk", "--panels", desk_.panels, "--report",
+                                 folder_.path() / "hmd.json", "--screenshot", folder_.path() / "desk.png"},
         folder_.path() / "hmd.log",
         std::vector<std::string>{x_->environment(), "LIBGL_ALWAYS_SOFTWARE=1",
                                  "WAYLAND_DISPLAY=", "XDG_CONFIG_HOME=" + folder_.path().string()});
@@ -133,7 +138,7 @@ class AtADesk : public ::testing::Test {
     return sum / 5.0;
   }
 
-  client::Eye eye() const { return camera_.eye(width_px, height_px); }
+  client::Eye eye() const { return camera_.eye(desk_.width_px, desk_.height_px); }
   Pixel pixel_of(const Vec3& place) const {
     const glm::dvec2 at = *client::seen_at(eye(), {place.x(), place.y(), place.z()});
     return {static_cast<int>(std::lround(at.x)), static_cast<int>(std::lround(at.y))};
@@ -190,6 +195,7 @@ class AtADesk : public ::testing::Test {
     std::printf("%s: %.4f\n", what, value);
   }
 
+  const Desk desk_;
   test::TemporaryDirectory folder_;
   SystemClock clock_;
   std::unique_ptr<test::Process> modeld_, hmd_;
@@ -397,6 +403,39 @@ TEST_F(AtADesk, SculptsASheetByAnIconAndPressesFirmly_V6_D19) {
   const auto lifted = over(tapped.x(), tapped.y());
   ASSERT_TRUE(lifted);
   EXPECT_NEAR(lifted->z(), dragged.z, 0.0005);
+}
+
+/// As somebody finds it who starts the program for the first time: panels at both sides, and the tour.
+class AtADeskWithPanels : public AtADesk {
+ protected:
+  AtADeskWithPanels() : AtADesk({1440, 900, "windows"}) {}
+};
+
+TEST_F(AtADeskWithPanels, WorksBetweenThemAndNotThroughThem_V6_V7) {
+  ASSERT_TRUE(until([&] { return scene().epoch != 0; }));
+  const std::vector<Pixel> path{pixel_of({-0.05, 0.0, first_plane_m}), pixel_of({0.05, 0.0, first_plane_m})};
+  ASSERT_TRUE(come_to(path[0], on_plane(path[0], first_plane_m)));
+  draw(path);
+  ASSERT_TRUE(until_steps(1)) << presence_.tool();
+  const std::size_t laid = entity("shape-1")->points->points.size();
+  EXPECT_GT(laid, 10U);
+
+  // Along the left panel: what is pressed there are its buttons, or nothing.
+  const Pixel on_panel{30, desk_.height_px / 2};
+  x_->move_to(on_panel);
+  draw({on_panel, {30, desk_.height_px / 2 + 60}});
+  // The next stroke is only told when all before it was.
+  ASSERT_TRUE(come_to(path[1], on_plane(path[1], first_plane_m), 0.05));
+  draw({path[1], path[0]});
+  ASSERT_TRUE(until([&] {
+    const Entity* shape = entity("shape-1");
+    return shape != nullptr && shape->points->points.size() > laid && !anything_provisional();
+  })) << presence_.tool();
+  ASSERT_EQ(scene().entities.size(), 1U);
+  for (const client::FuzzyPoint& point : entity("shape-1")->points->points) {
+    EXPECT_LT(std::abs(point.position.x), 0.06) << "laid beneath a panel";
+    EXPECT_NEAR(point.position.z, first_plane_m, 0.01);
+  }
 }
 
 }  // namespace
