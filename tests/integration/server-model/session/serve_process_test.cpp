@@ -73,7 +73,7 @@ TEST_F(ServeProcessTest, at_end_exit_ends_it_after_the_recording_with_all_of_it_
                         tracking, "--at-end", "exit", "--report", in_folder("report.json")},
                        in_folder("log"));
   ASSERT_TRUE(server.read_line(patience)) << server.error_output();
-  Peer viewer(net::parse_endpoint("unix:" + in_folder("model.sock")).value(), v1::ROLE_VIEWER, "viewer");
+  TestPeer viewer(net::parse_endpoint("unix:" + in_folder("model.sock")).value(), v1::ROLE_VIEWER, "viewer");
   viewer.join();
   // The recording begins when the viewer is there.
   boost::asio::io_context context;

@@ -20,10 +20,10 @@ namespace {
 using ::testing::HasSubstr;
 
 /// A client with a hand of numbers, whose clock is its own.
-class HandPeer : public Peer {
+class HandPeer : public TestPeer {
  public:
   HandPeer(const net::Endpoint& endpoint, std::string name, Duration clock_behind = {})
-      : Peer(endpoint, v1::ROLE_EDITOR, std::move(name)), behind_(clock_behind) {
+      : TestPeer(endpoint, v1::ROLE_EDITOR, std::move(name)), behind_(clock_behind) {
     join();
   }
   std::uint64_t id() { return client().welcome().client_id(); }
@@ -79,7 +79,7 @@ class HandsTest : public ::testing::Test {
 TEST_F(HandsTest, V6_two_clients_with_hands_of_their_own_work_on_two_shapes_at_once) {
   HandPeer ada(unix_endpoint(), "Ada");
   HandPeer bo(tcp_endpoint(), "Bo");
-  Peer viewer(unix_endpoint(), v1::ROLE_VIEWER, "Cy");
+  TestPeer viewer(unix_endpoint(), v1::ROLE_VIEWER, "Cy");
   viewer.join();
   EXPECT_GE(ada.client().welcome().protocol_minor(), 1U);
   EXPECT_NE(ada.id(), bo.id()) << "of two endpoints";
@@ -131,7 +131,7 @@ TEST_F(HandsTest, U1_one_that_breaks_off_in_mid_stroke_loses_nothing_and_holds_n
 }
 
 TEST_F(HandsTest, U2_a_viewers_hand_and_a_broken_one_harm_only_themselves) {
-  Peer viewer(unix_endpoint(), v1::ROLE_VIEWER, "Cy");
+  TestPeer viewer(unix_endpoint(), v1::ROLE_VIEWER, "Cy");
   viewer.join();
   test::HandScript script;
   v1::Envelope envelope;

@@ -29,9 +29,9 @@ using namespace std::chrono_literals;
 inline constexpr auto patience = 20s;
 
 /// A peer that keeps what it was sent, as simply as can be.
-class Peer {
+class TestPeer {
  public:
-  Peer(const net::Endpoint& endpoint, v1::Role role, std::string name) : clock_() {
+  TestPeer(const net::Endpoint& endpoint, v1::Role role, std::string name) : clock_() {
     net::ClientOptions options;
     options.role = role;
     options.name = std::move(name);

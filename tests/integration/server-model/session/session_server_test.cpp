@@ -91,8 +91,8 @@ class SessionTest : public ::testing::Test {
 };
 
 TEST_F(SessionTest, two_clients_see_the_same_scene) {
-  Peer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
-  Peer viewer(tcp_endpoint(), v1::ROLE_VIEWER, "viewer");
+  TestPeer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
+  TestPeer viewer(tcp_endpoint(), v1::ROLE_VIEWER, "viewer");
   viewer.join();
   editor.join();
   editor.submit(1, create("top"));
@@ -104,16 +104,16 @@ TEST_F(SessionTest, two_clients_see_the_same_scene) {
   EXPECT_EQ(editor.acks[1].sequence(), 1U);
   EXPECT_EQ(editor.acks[3].sequence(), 3U);
   EXPECT_THAT(editor.acks[3].entities(), ::testing::ElementsAre("top"));
-  const auto complete = [](const Peer& peer) {
+  const auto complete = [](const TestPeer& peer) {
     return peer.sequence == 3 && peer.entities.at("top").has_surface();
   };
   ASSERT_TRUE(viewer.read_until([&] { return complete(viewer); }));
   ASSERT_TRUE(editor.read_until([&] { return complete(editor); }));
-  Peer late(unix_endpoint(), v1::ROLE_VIEWER, "late");
+  TestPeer late(unix_endpoint(), v1::ROLE_VIEWER, "late");
   late.join();
   ASSERT_TRUE(late.read_until([&] { return complete(late); }));
   EXPECT_EQ(viewer.snapshots, 1);
-  for (Peer* peer : {&viewer, &editor, &late}) {
+  for (TestPeer* peer : {&viewer, &editor, &late}) {
     EXPECT_EQ(peer->points.at("top").positions.size(), 400U);
     EXPECT_TRUE(peer->entities.at("top").SerializeAsString() ==
                 viewer.entities.at("top").SerializeAsString());
@@ -121,7 +121,7 @@ TEST_F(SessionTest, two_clients_see_the_same_scene) {
 }
 
 TEST_F(SessionTest, a_refused_operation_is_answered_by_code_and_field_and_changes_nothing) {
-  Peer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
+  TestPeer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
   editor.submit(1, create("top"));
   v1::Operation bad = add_points("top", 3);
   bad.mutable_add_points()->mutable_points(1)->mutable_position()->set_x(
@@ -139,7 +139,7 @@ TEST_F(SessionTest, a_refused_operation_is_answered_by_code_and_field_and_change
 }
 
 TEST_F(SessionTest, H3_an_operation_sent_twice_applies_once) {
-  Peer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
+  TestPeer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
   editor.submit(1, create("top"));
   v1::Operation once = add_points("top", 5);
   once.set_client_op_id(77);
@@ -151,7 +151,7 @@ TEST_F(SessionTest, H3_an_operation_sent_twice_applies_once) {
 }
 
 TEST_F(SessionTest, a_viewer_may_not_change_anything_and_a_subscriber_may_not_come_in) {
-  Peer viewer(unix_endpoint(), v1::ROLE_VIEWER, "viewer");
+  TestPeer viewer(unix_endpoint(), v1::ROLE_VIEWER, "viewer");
   viewer.submit(1, create("top"));
   ASSERT_TRUE(viewer.read_ack(1));
   EXPECT_EQ(viewer.acks[1].failure().code(), "permission_denied");
@@ -167,7 +167,7 @@ TEST_F(SessionTest, a_viewer_may_not_change_anything_and_a_subscriber_may_not_co
 }
 
 TEST_F(SessionTest, tcp_peers_stay_in_their_folder) {
-  Peer editor(tcp_endpoint(), v1::ROLE_EDITOR, "remote");
+  TestPeer editor(tcp_endpoint(), v1::ROLE_EDITOR, "remote");
   v1::Operation fetch;
   fetch.mutable_import_strokes()->set_path("/etc/hostname");
   fetch.mutable_import_strokes()->set_entity("top");
@@ -178,7 +178,7 @@ TEST_F(SessionTest, tcp_peers_stay_in_their_folder) {
 }
 
 TEST_F(SessionTest, F1_hostile_and_dying_clients_do_not_disturb_the_others) {
-  Peer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
+  TestPeer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
   editor.join();
   std::uint64_t request = 0;
   const auto still_works = [&] {
@@ -188,7 +188,7 @@ TEST_F(SessionTest, F1_hostile_and_dying_clients_do_not_disturb_the_others) {
     EXPECT_FALSE(editor.acks[request].has_failure());
   };
   {
-    Peer garbage(unix_endpoint(), v1::ROLE_EDITOR, "garbage");
+    TestPeer garbage(unix_endpoint(), v1::ROLE_EDITOR, "garbage");
     ASSERT_TRUE(garbage.client().send_bytes(std::string("\x05\x00\x00\x00\xff\xff\xff\xff\xff", 9)).ok());
     EXPECT_FALSE(garbage.read_until([] { return false; }));
     EXPECT_TRUE(garbage.closed);
@@ -197,20 +197,20 @@ TEST_F(SessionTest, F1_hostile_and_dying_clients_do_not_disturb_the_others) {
   }
   still_works();
   {
-    Peer huge(unix_endpoint(), v1::ROLE_EDITOR, "huge");
+    TestPeer huge(unix_endpoint(), v1::ROLE_EDITOR, "huge");
     ASSERT_TRUE(huge.client().send_bytes("\xff\xff\xff\x7f").ok());
     EXPECT_FALSE(huge.read_until([] { return false; }));
     EXPECT_EQ(huge.failure.code(), "resource_exhausted");
   }
   still_works();
   {
-    Peer dying(tcp_endpoint(), v1::ROLE_EDITOR, "dying");
+    TestPeer dying(tcp_endpoint(), v1::ROLE_EDITOR, "dying");
     dying.join();
     ASSERT_TRUE(dying.client().send_bytes(std::string("\x00\x10\x00\x00\x0a", 5)).ok());  // then it is killed
   }
   still_works();
   {
-    Peer confused(unix_endpoint(), v1::ROLE_EDITOR, "confused");
+    TestPeer confused(unix_endpoint(), v1::ROLE_EDITOR, "confused");
     v1::Envelope wrong;
     wrong.mutable_ack();
     confused.send(wrong);
@@ -223,9 +223,9 @@ TEST_F(SessionTest, F1_hostile_and_dying_clients_do_not_disturb_the_others) {
 }
 
 TEST_F(SessionTest, L2_a_stalled_viewer_hurts_nobody_and_catches_up_with_the_newest) {
-  Peer stalled(unix_endpoint(), v1::ROLE_VIEWER, "stalled");
+  TestPeer stalled(unix_endpoint(), v1::ROLE_VIEWER, "stalled");
   stalled.join();
-  Peer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
+  TestPeer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
   editor.submit(1, create("top"));
   constexpr int strokes = 60;
   for (int i = 0; i < strokes; ++i) {
@@ -237,11 +237,11 @@ TEST_F(SessionTest, L2_a_stalled_viewer_hurts_nobody_and_catches_up_with_the_new
 }
 
 TEST_F(SessionTest, presence_goes_to_the_others_cleaned_and_ends_with_the_connection) {
-  Peer viewer(unix_endpoint(), v1::ROLE_VIEWER, "viewer");
+  TestPeer viewer(unix_endpoint(), v1::ROLE_VIEWER, "viewer");
   viewer.join();
   ASSERT_TRUE(viewer.read_until([&] { return viewer.snapshots == 1; }));
   {
-    Peer editor(tcp_endpoint(), v1::ROLE_EDITOR, "anna");
+    TestPeer editor(tcp_endpoint(), v1::ROLE_EDITOR, "anna");
     v1::Envelope envelope;
     envelope.mutable_presence()->set_name("somebody else");
     envelope.mutable_presence()->set_tool("fit");
@@ -257,7 +257,7 @@ TEST_F(SessionTest, presence_goes_to_the_others_cleaned_and_ends_with_the_connec
 }
 
 TEST_F(SessionTest, the_hand_reaches_the_viewers_with_its_capture_time) {
-  Peer viewer(unix_endpoint(), v1::ROLE_VIEWER, "viewer");
+  TestPeer viewer(unix_endpoint(), v1::ROLE_VIEWER, "viewer");
   viewer.join();
   ASSERT_TRUE(viewer.read_until([&] { return viewer.snapshots == 1; }));
   test::HandScript script;
@@ -284,7 +284,7 @@ TEST_F(SessionTest, every_frame_of_a_recording_arrives_and_gaps_are_counted) {
   // The link is there first: the daemon may come later.
   TrackingLink link(endpoint, server_->actor(), clock_, log_);
   const FakeDaemon daemon(context_, endpoint, clock_, log_);
-  Peer viewer(unix_endpoint(), v1::ROLE_VIEWER, "viewer");
+  TestPeer viewer(unix_endpoint(), v1::ROLE_VIEWER, "viewer");
   viewer.join();
   ASSERT_TRUE(viewer.read_until([&] { return viewer.sequence == 5; }));
   const ActorState state = server_->actor().state();
@@ -300,7 +300,7 @@ TEST_F(SessionTest, every_frame_of_a_recording_arrives_and_gaps_are_counted) {
 }
 
 TEST_F(SessionTest, D19_the_daemon_is_told_what_the_glove_should_let_the_hand_feel) {
-  Peer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
+  TestPeer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
   v1::Operation sheet;
   sheet.mutable_create_sculpt_surface()->set_id("sheet");
   sheet.mutable_create_sculpt_surface()->mutable_rectangle()->set_width_m(0.4);
@@ -357,7 +357,7 @@ TEST_F(SessionTest, U7_a_script_drives_a_running_server) {
 }
 
 TEST_F(SessionTest, all_requests_that_are_sent_ahead_are_applied_in_order) {
-  Peer ahead(unix_endpoint(), v1::ROLE_EDITOR, "ahead");
+  TestPeer ahead(unix_endpoint(), v1::ROLE_EDITOR, "ahead");
   ahead.submit(1, create("top"));
   constexpr std::uint64_t count = 2000;  // of 64 at a time
   for (std::uint64_t i = 2; i <= count; ++i) ahead.submit(i, add_points("top", 5));
@@ -384,8 +384,8 @@ class PipelineTest : public SessionTest,
 };
 
 TEST_P(PipelineTest, no_request_is_lost_at_the_limit) {
-  Peer ahead(unix_endpoint(), v1::ROLE_EDITOR, "ahead");
-  Peer other(tcp_endpoint(), v1::ROLE_EDITOR, "other");
+  TestPeer ahead(unix_endpoint(), v1::ROLE_EDITOR, "ahead");
+  TestPeer other(tcp_endpoint(), v1::ROLE_EDITOR, "other");
   constexpr std::uint64_t count = 300;
   for (std::uint64_t i = 1; i <= count; ++i) {
     ahead.submit(i, create("a" + std::to_string(i)));
@@ -403,7 +403,7 @@ INSTANTIATE_TEST_SUITE_P(Limits, PipelineTest,
                                            std::pair{1000U, 1U}, std::pair{1000U, 100U}));
 
 TEST_F(SessionTest, operations_and_questions_need_no_join_and_bring_no_scene) {
-  Peer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
+  TestPeer editor(unix_endpoint(), v1::ROLE_EDITOR, "editor");
   editor.submit(1, create("top"));
   ASSERT_TRUE(editor.read_ack(1));
   EXPECT_EQ(editor.acks[1].sequence(), 1U);
