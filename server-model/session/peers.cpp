@@ -207,13 +207,15 @@ Status Peers::on_message(const net::ConnectionPtr& connection, const v1::Envelop
     case v1::Envelope::kHandCommand:
       hand_command(peer, envelope.hand_command());
       return {};
-    default:
+    default: {
+      const auto* kind = v1::Envelope::descriptor()->FindFieldByNumber(envelope.body_case());
       return make_error(
           ErrorCode::invalid_argument,
           fmt::format(
               "found the message \"{}\", expected join, submit, ask, presence, tracking or hand_command",
-              v1::Envelope::descriptor()->FindFieldByNumber(envelope.body_case())->name()),
+              kind == nullptr ? "" : kind->name()),
           "body");
+    }
   }
 }
 

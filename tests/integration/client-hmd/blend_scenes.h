@@ -60,7 +60,9 @@ inline std::shared_ptr<PointSet> cloud(int count, const glm::vec3& middle, const
   for (int i = 0; i < levels; ++i) set->styles.push_back(fuzzy_style(from + (to - from) * i / (levels - 1)));
   Numbers numbers;
   for (int i = 0; i < count; ++i) {
-    const glm::vec3 share(numbers.next(), numbers.next(), numbers.next());
+    // Arguments are evaluated in any order: one after another they are drawn in this.
+    const float z = numbers.next(), y = numbers.next(), x = numbers.next();
+    const glm::vec3 share(x, y, z);
     const glm::vec3 p = middle + half * (2.0F * share - 1.0F);
     const auto style =
         std::min(static_cast<std::uint32_t>(numbers.next() * levels), std::uint32_t{levels - 1});

@@ -90,6 +90,7 @@ class LiveSessionTest : public testing::Test {
     }
     client_.reset();
     publisher_->stop();
+    io_.finish();  // Its last callbacks come before the publisher goes.
   }
 
   v1::TrackingFrame next_frame() {
