@@ -21,7 +21,7 @@
 namespace handloft::net {
 
 inline constexpr std::uint32_t protocol_major = 1;
-inline constexpr std::uint32_t protocol_minor = 1;
+inline constexpr std::uint32_t protocol_minor = 2;
 
 struct ServerOptions {
   std::string program = "handloft";  ///< In the Welcome: "handloft-modeld 0.1.0".
