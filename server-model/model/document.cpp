@@ -120,6 +120,12 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
       return not_for_a_document("undo and redo belong to a model's history");
     case v1::Operation::kExport:
       return not_for_a_document("an export changes no document");
+    case v1::Operation::kNameVersion:
+    case v1::Operation::kRestoreVersion:
+    case v1::Operation::kDeleteVersion:
+    case v1::Operation::kAddComment:
+    case v1::Operation::kChangeComment:
+    case v1::Operation::kDeleteComment:
     case v1::Operation::BODY_NOT_SET:
       break;
   }

@@ -247,6 +247,11 @@ Result<v1::QueryResult> answer(const v1::Query& query, const Document& document,
       return pick(query.pick(), document, limits);
     case v1::Query::kControlNet:
       return control_net(query.control_net(), document);
+    case v1::Query::kVersions:
+    case v1::Query::kDifference:
+    case v1::Query::kComments:
+    case v1::Query::kPeople:
+    case v1::Query::kModels:
     case v1::Query::BODY_NOT_SET:
       break;
   }
