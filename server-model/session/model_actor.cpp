@@ -1,8 +1,6 @@
 #include "server-model/session/model_actor.h"
 
 #include <algorithm>
-#include <boost/asio/post.hpp>
-#include <future>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,11 +47,12 @@ ModelActor::ModelActor(model::Model initial, ActorOptions options, ActorEvents e
       meshes_([this](std::function<void()> job) { in_pool(std::move(job)); },
               [this] { post([this] { publish_scene(); }); }, options_.meshes),
       builder_(options_.epoch, meshes_),
-      pool_(options_.pool_threads),
-      work_(boost::asio::make_work_guard(context_)) {
-  source_of({});
-  publish_scene();
-  thread_ = std::thread([this] { context_.run(); });
+      threads_(options_.threads ? options_.threads() : start_threads(options_.pool_threads)) {
+  // There, since meshes that publishing orders may be done before it has ended, and publish again.
+  threads_.model->run_and_wait([this] {
+    source_of({});
+    publish_scene();
+  });
 }
 
 ModelActor::~ModelActor() {
@@ -64,16 +63,14 @@ void ModelActor::stop() {
   stopped_ = true;
   { const std::lock_guard lock(frames_mutex_); }
   frames_taken_.notify_all();
-  context_.stop();
-  if (thread_.joinable()) thread_.join();
-  pool_.stop();
-  pool_.join();
+  threads_.model->stop();
+  threads_.pool->stop();
   if (options_.store) options_.store->flush();
 }
 
 void ModelActor::post(std::function<void()> work) {
   ++pending_work_;
-  boost::asio::post(context_, [this, work = std::move(work)] {
+  threads_.model->post([this, work = std::move(work)] {
     work();
     --pending_work_;
   });
@@ -388,7 +385,7 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
 
 void ModelActor::in_pool(std::function<void()> work) {
   ++pending_work_;
-  boost::asio::post(pool_, [this, work = std::move(work)] {
+  threads_.pool->post([this, work = std::move(work)] {
     work();
     --pending_work_;
   });
@@ -430,10 +427,9 @@ ActorState ModelActor::state_now() const {
 
 ActorState ModelActor::state() {
   if (stopped_) return state_now();
-  std::promise<ActorState> promise;
-  auto future = promise.get_future();
-  post([&] { promise.set_value(state_now()); });
-  return future.get();
+  ActorState state;
+  threads_.model->run_and_wait([&] { state = state_now(); });
+  return state;
 }
 
 }  // namespace handloft::session

@@ -5,9 +5,6 @@
 // hand waits for them.
 
 #include <atomic>
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/thread_pool.hpp>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -17,7 +14,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "common/base/clock.h"
 #include "common/base/log.h"
@@ -28,6 +24,7 @@
 #include "proto/tracking.pb.h"
 #include "server-model/interaction/interaction.h"
 #include "server-model/model/model.h"
+#include "server-model/session/actor_threads.h"
 #include "server-model/session/hand_inbox.h"
 #include "server-model/session/hand_source.h"
 #include "server-model/session/presence.h"
@@ -60,6 +57,7 @@ struct ActorOptions {
   };
   Acknowledge acknowledge = Acknowledge::durable;  ///< When a client's operation is answered, with a store.
   std::size_t pool_threads = 1;                    ///< Two cores: one for the model, one for the rest.
+  StartActorThreads threads = {};  ///< Empty: start_threads(pool_threads). Else queues that a test steps.
 };
 
 /// Called from the model's thread; must not block. Any may be empty.
@@ -191,10 +189,7 @@ class ModelActor {
 
   std::atomic<std::size_t> pending_work_ = 0;
   std::atomic<bool> stopped_ = false;
-  boost::asio::thread_pool pool_;
-  boost::asio::io_context context_;
-  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
-  std::thread thread_;
+  ActorThreads threads_;
 };
 
 }  // namespace handloft::session

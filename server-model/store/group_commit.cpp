@@ -11,7 +11,9 @@ Error stopped() {
 }  // namespace
 
 GroupCommit::GroupCommit(OperationLog log, GroupCommitOptions options)
-    : log_(std::move(log)), options_(options), failure_(log_.failure()), thread_([this] { run(); }) {}
+    : log_(std::move(log)), options_(std::move(options)), failure_(log_.failure()) {
+  if (!options_.queue) thread_ = std::thread([this] { run(); });
+}
 
 GroupCommit::~GroupCommit() {
   stop();
@@ -23,7 +25,7 @@ void GroupCommit::append(LogRecord record, Durable durable) {
     if (!stopping_) {
       waiting_bytes_ += record.operation.size() + record.answer.size();
       waiting_.push_back({std::move(record), std::move(durable)});
-      wake_.notify_one();
+      wake();
       return;
     }
   }
@@ -54,14 +56,14 @@ void GroupCommit::snapshot(PreparedSnapshot snapshot, std::int64_t now_ns, Durab
     snapshot_ = std::make_unique<SnapshotWriter>(log, std::move(*shared), now_ns);
     snapshot_done_ = std::move(done);
   });
-  wake_.notify_one();
+  wake();
 }
 
 void GroupCommit::add_audit(AuditEntry entry) {
   const std::lock_guard lock(mutex_);
   if (stopping_) return;
   jobs_.push_back([entry = std::move(entry)](OperationLog& log) { (void)log.add_audit(entry); });
-  wake_.notify_one();
+  wake();
 }
 
 void GroupCommit::add_version(Version version, Durable done) {
@@ -71,28 +73,50 @@ void GroupCommit::add_version(Version version, Durable done) {
     const Status status = log.add_version(version);
     if (done) done(status);
   });
-  wake_.notify_one();
+  wake();
+}
+
+/// With mutex_ held.
+void GroupCommit::wake() {
+  if (!options_.queue) {
+    wake_.notify_one();
+  } else if (!std::exchange(scheduled_, true)) {
+    options_.queue->post([self = std::weak_ptr<GroupCommit*>(self_)] {
+      if (const auto alive = self.lock()) (*alive)->do_scheduled();
+    });
+  }
+}
+
+void GroupCommit::do_scheduled() {
+  std::unique_lock lock(mutex_);
+  scheduled_ = false;
+  if (has_work()) do_some(lock);
+  if (has_work()) wake();
 }
 
 void GroupCommit::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    wake_.wait(lock, [&] { return stopping_ || !waiting_.empty() || !jobs_.empty() || snapshot_; });
-    if (stopping_ && waiting_.empty() && jobs_.empty() && !snapshot_) return;
-    busy_ = true;
-    std::vector<Waiting> batch = std::exchange(waiting_, {});
-    waiting_bytes_ = 0;
-    const auto jobs = std::exchange(jobs_, {});
-    lock.unlock();
-    if (!batch.empty()) write(std::move(batch));
-    for (const auto& job : jobs) job(log_);
-    if (snapshot_) step_snapshot();
-    log_.tidy();
-    lock.lock();
-    failure_ = log_.failure();
-    busy_ = false;
-    idle_.notify_all();
+    wake_.wait(lock, [&] { return stopping_ || has_work(); });
+    if (stopping_ && !has_work()) return;
+    do_some(lock);
   }
+}
+
+void GroupCommit::do_some(std::unique_lock<std::mutex>& lock) {
+  busy_ = true;
+  std::vector<Waiting> batch = std::exchange(waiting_, {});
+  waiting_bytes_ = 0;
+  const auto jobs = std::exchange(jobs_, {});
+  lock.unlock();
+  if (!batch.empty()) write(std::move(batch));
+  for (const auto& job : jobs) job(log_);
+  if (snapshot_) step_snapshot();
+  log_.tidy();
+  lock.lock();
+  failure_ = log_.failure();
+  busy_ = false;
+  idle_.notify_all();
 }
 
 void GroupCommit::write(std::vector<Waiting> batch) {
@@ -130,6 +154,7 @@ void GroupCommit::step_snapshot() {
 
 void GroupCommit::flush() {
   std::unique_lock lock(mutex_);
+  while (options_.queue && has_work()) do_some(lock);
   idle_.wait(lock, [&] { return waiting_.empty() && jobs_.empty() && !busy_ && !snapshot_under_way_; });
 }
 
@@ -137,10 +162,16 @@ void GroupCommit::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    wake();
   }
-  wake_.notify_one();
-  if (!thread_.joinable()) return;
-  thread_.join();
+  if (options_.queue) {
+    if (!self_) return;
+    flush();
+    self_.reset();
+  } else {
+    if (!thread_.joinable()) return;
+    thread_.join();
+  }
   const OperationLog closed = std::move(log_);
 }
 

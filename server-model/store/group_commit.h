@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/base/result.h"
+#include "common/base/work_queue.h"
 #include "server-model/store/operation_log.h"
 #include "server-model/store/snapshot.h"
 
@@ -22,6 +23,9 @@ struct GroupCommitOptions {
   /// Records that may wait for the disk before accepting() says no: half a minute of work of 32 people.
   std::size_t max_waiting = 4096;
   std::size_t max_waiting_bytes = 256U << 20U;  ///< Two of the largest imports.
+  /// Does the writing, a commit or a step of a snapshot at a time; null: a thread of its own. flush() and
+  /// stop() then do what waits themselves.
+  std::shared_ptr<WorkQueue> queue = {};
 };
 
 struct GroupCommitStatistics {
@@ -64,6 +68,10 @@ class GroupCommit {
     Durable durable;
   };
   void run();
+  void wake();
+  void do_scheduled();
+  bool has_work() const { return !waiting_.empty() || !jobs_.empty() || snapshot_; }
+  void do_some(std::unique_lock<std::mutex>& lock);
   void write(std::vector<Waiting> batch);
   void step_snapshot();
 
@@ -77,12 +85,15 @@ class GroupCommit {
   std::size_t waiting_bytes_ = 0;
   bool busy_ = false;
   bool stopping_ = false;
+  bool scheduled_ = false;  ///< In the queue, if there is one.
   Status failure_;
   GroupCommitStatistics statistics_;
 
   bool snapshot_under_way_ = false;
   std::unique_ptr<SnapshotWriter> snapshot_;  ///< The thread's own, as is:
   Durable snapshot_done_;
+  /// What the queue calls, which may outlive this.
+  std::shared_ptr<GroupCommit*> self_ = std::make_shared<GroupCommit*>(this);
   std::thread thread_;
 };
 

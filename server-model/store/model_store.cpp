@@ -47,8 +47,9 @@ ModelStore::ModelStore(OperationLog log, std::optional<OperationLog> reader, std
       reader_(std::move(reader)),
       last_snapshot_(last_snapshot),
       durable_sequence_(log.last_sequence()),
-      commit_(std::move(log), options_.commit),
-      snapshots_([this] { make_snapshots(); }) {}
+      commit_(std::move(log), options_.commit) {
+  if (!options_.snapshots) snapshots_ = std::thread([this] { make_snapshots(); });
+}
 
 ModelStore::~ModelStore() {
   stop();
@@ -61,6 +62,7 @@ void ModelStore::stop() {
   }
   snapshot_wanted_.notify_one();
   if (snapshots_.joinable()) snapshots_.join();
+  self_.reset();
   // Who closes the file last copies the write-ahead log into it: the one that may write.
   reader_.reset();
   commit_.stop();
@@ -95,7 +97,13 @@ void ModelStore::applied(const model::Submitted& submitted, const model::Model& 
   if (!lock || to_snapshot_) return;
   last_snapshot_ = sequence;
   to_snapshot_ = model::StoredState{model.history(), sequence};
-  snapshot_wanted_.notify_one();
+  if (!options_.snapshots) {
+    snapshot_wanted_.notify_one();
+    return;
+  }
+  options_.snapshots->post([self = std::weak_ptr<ModelStore*>(self_)] {
+    if (const auto alive = self.lock()) (*alive)->make_snapshot();
+  });
 }
 
 void ModelStore::durable(std::uint64_t sequence, const Status& status) {
@@ -141,18 +149,26 @@ std::uint64_t ModelStore::durable_sequence() const {
 
 void ModelStore::make_snapshots() {
   for (;;) {
-    std::optional<model::StoredState> state;
     {
       std::unique_lock lock(snapshot_mutex_);
       snapshot_wanted_.wait(lock, [&] { return stopping_ || to_snapshot_; });
       if (stopping_) return;
-      state = std::exchange(to_snapshot_, std::nullopt);
     }
-    auto prepared = prepare_snapshot(*state, options_.encode);
-    state.reset();
-    // Without one a restart takes longer; nothing is lost. What failed with the disk is told by failure().
-    if (prepared) commit_.snapshot(*std::move(prepared), now_ns(), {});
+    make_snapshot();
   }
+}
+
+void ModelStore::make_snapshot() {
+  std::optional<model::StoredState> state;
+  {
+    const std::lock_guard lock(snapshot_mutex_);
+    state = std::exchange(to_snapshot_, std::nullopt);
+  }
+  if (!state) return;
+  auto prepared = prepare_snapshot(*state, options_.encode);
+  state.reset();
+  // Without one a restart takes longer; nothing is lost. What failed with the disk is told by failure().
+  if (prepared) commit_.snapshot(*std::move(prepared), now_ns(), {});
 }
 
 }  // namespace handloft::store

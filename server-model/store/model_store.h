@@ -29,6 +29,8 @@ struct ModelStoreOptions {
   /// some tenths of a second of another thread.
   std::uint64_t snapshot_every = 1000;
   model::EncodeOptions encode;
+  /// Prepares snapshots; null: a thread of its own. With commit.queue a simulation steps all of the store.
+  std::shared_ptr<WorkQueue> snapshots = {};
   /// The wall clock, ns since 1970, for people who read the history.
   std::function<std::int64_t()> now_ns;
 };
@@ -74,6 +76,7 @@ class ModelStore {
   Status accepting() const;
   void durable(std::uint64_t sequence, const Status& status);
   void make_snapshots();
+  void make_snapshot();
   std::int64_t now_ns() const { return options_.now_ns ? options_.now_ns() : 0; }
 
   const ModelStoreOptions options_;
@@ -94,6 +97,8 @@ class ModelStore {
   bool stopping_ = false;
 
   GroupCommit commit_;
+  /// What the queue calls, which may outlive this.
+  std::shared_ptr<ModelStore*> self_ = std::make_shared<ModelStore*>(this);
   std::thread snapshots_;
 };
 
