@@ -25,6 +25,9 @@ constexpr std::chrono::milliseconds close_grace{1000};
 constexpr int reads_per_turn = 16;
 /// A caller of send() writes at most so many frames itself; the rest is the I/O thread's.
 constexpr int frames_per_flush = 32;
+/// States (presence) that go before what is pulled (the scene), so that neither waits for ever for the other:
+/// one of every hand of 32 people.
+constexpr int most_states_in_a_row = 64;
 constexpr std::size_t max_name_bytes = 256;
 
 Frame failure_frame(const Error& error) {
@@ -40,18 +43,22 @@ Frame failure_frame(const Error& error) {
 }  // namespace
 
 ServerConnection::ServerConnection(const asio::any_io_executor& executor, FileDescriptor socket,
-                                   std::unique_ptr<ByteStream> stream, std::uint64_t id,
+                                   std::unique_ptr<ByteStream> stream, ConnectionOrigin origin,
                                    std::shared_ptr<const ServerShared> shared)
-    : id_(id),
+    : origin_(std::move(origin)),
+      id_(origin_.number),
       shared_(std::move(shared)),
       strand_(asio::make_strand(executor)),
       descriptor_(strand_, socket.get()),
       hello_timer_(strand_),
       close_timer_(strand_),
       pause_(strand_),
+      turn_(strand_),
       fd_(socket.release()),
       stream_(std::move(stream)),
       decoder_(std::min(hello_max_frame_bytes, shared_->options.max_frame_bytes)),
+      turns_(shared_->options.max_messages_per_s),
+      turns_at_(std::chrono::steady_clock::now()),
       outbox_(shared_->options.outbox) {}
 
 void ServerConnection::start() {
@@ -61,7 +68,7 @@ void ServerConnection::start() {
         try {
           co_await self->run();
         } catch (const std::exception& error) {  // out of memory, or a callback that breaks its promise
-          self->shared_->log.error("connection {}: {}", self->id_, error.what());
+          self->shared_->log.error("connection {}: {}", self->id(), error.what());
           const Lock lock(self->mutex_);
           self->hang_up(fmt::format("internal: {}", error.what()));
         }
@@ -132,6 +139,7 @@ asio::awaitable<void> ServerConnection::run() {
         continue;
       }
       if (!payload.value()) break;
+      if (shared_->options.max_messages_per_s > 0) co_await wait_for_a_turn();
       if (const Status status = handle(*payload.value()); !status) fail(status.error());
     }
     if (++reads % reads_per_turn == 0) co_await asio::post(strand_, asio::use_awaitable);
@@ -170,7 +178,7 @@ void ServerConnection::wake_reader() {
 
 Status ServerConnection::handle(std::span<const std::uint8_t> payload) {
   if (const Status status = parse_envelope(payload, received_); !status) return status;
-  if (!said_hello_) return shake_hands();
+  if (!said_hello_) return received_.has_pair() || pairing_ ? begin_pairing() : shake_hands();
   {
     const Lock lock(mutex_);
     ++statistics_.frames_received;
@@ -227,10 +235,24 @@ Status ServerConnection::shake_hands() {
         fmt::format("found {}, expected {}", v1::Role_Name(hello.role()), fmt::join(names, " or ")),
         "hello.role");
   }
+  constexpr std::size_t shortest_key = 16, longest_key = 64;
+  const std::size_t key_bytes = hello.client_key().size();
+  if (key_bytes != 0 && (key_bytes < shortest_key || key_bytes > longest_key)) {
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found {} bytes, expected {} to {} or none", key_bytes, shortest_key, longest_key),
+        "hello.client_key");
+  }
+  peer_ = {hello.role(),    hello.program(), hello.name(),    hello.protocol_minor(),
+           hello.sent_ns(), received,        stream_->peer(), hello.client_key(),
+           origin_.uid,     origin_.address};
+  if (shared_->events.admit) {
+    const Result<Admission> admission = shared_->events.admit(peer_);
+    if (!admission) return admission.error();
+    if (admission->client_id != 0) id_ = admission->client_id;
+  }
   hello_timer_.cancel();
   said_hello_ = true;
-  peer_ = {hello.role(),    hello.program(), hello.name(),   hello.protocol_minor(),
-           hello.sent_ns(), received,        stream_->peer()};
   decoder_.set_max_frame_bytes(shared_->options.max_frame_bytes);
 
   v1::Envelope answer;
@@ -238,7 +260,7 @@ Status ServerConnection::shake_hands() {
   welcome.set_protocol_major(protocol_major);
   welcome.set_protocol_minor(protocol_minor);
   welcome.set_program(shared_->options.program);
-  welcome.set_client_id(id_);
+  welcome.set_client_id(id());
   welcome.set_max_frame_bytes(shared_->options.max_frame_bytes);
   welcome.set_hello_sent_ns(hello.sent_ns());
   welcome.set_received_ns(to_ns(received));
@@ -252,12 +274,61 @@ Status ServerConnection::shake_hands() {
     outbox_.push(std::move(*frame));
     flush(lock);
   }
-  shared_->on_joined(id_);
+  shared_->on_joined(origin_.number);
   if (shared_->events.on_join) {
     if (Status status = shared_->events.on_join(shared_from_this()); !status) return status;
   }
   announced_ = true;
   return {};
+}
+
+// Of a peer that nobody knows yet: one message of at most hello_max_frame_bytes, one answer, the end. It
+// counts as half-open all the time.
+Status ServerConnection::begin_pairing() {
+  if (pairing_) return make_error(ErrorCode::failed_precondition, "found a message after a pair", "pair");
+  if (origin_.channel != ConnectionOrigin::Channel::tls || !shared_->events.on_pair) {
+    return make_error(ErrorCode::unsupported, "devices are paired over tls: endpoints only", "pair");
+  }
+  pairing_ = true;
+  shared_->events.on_pair(
+      {received_.pair(), origin_.address}, [weak = weak_from_this()](Result<v1::Paired> outcome) {
+        const auto self = weak.lock();
+        if (!self) return;
+        asio::post(self->strand_, [self, outcome = std::move(outcome)] { self->end_pairing(outcome); });
+      });
+  return {};
+}
+
+void ServerConnection::end_pairing(const Result<v1::Paired>& outcome) {
+  if (!outcome) {
+    fail(outcome.error());
+    return;
+  }
+  v1::Envelope answer;
+  *answer.mutable_paired() = *outcome;
+  Result<Frame> frame = encode_frame(answer);
+  if (!frame) {
+    fail(frame.error());
+    return;
+  }
+  Lock lock(mutex_);
+  if (phase_ != Phase::handshake) return;
+  outbox_.push(std::move(*frame));
+  drain("paired");
+  flush(lock);
+}
+
+// A peer that sends faster than it may is read more slowly: its bytes wait in its own kernel.
+asio::awaitable<void> ServerConnection::wait_for_a_turn() {
+  const double rate = shared_->options.max_messages_per_s;
+  const auto now = std::chrono::steady_clock::now();
+  turns_ = std::min(rate, turns_ + rate * std::chrono::duration<double>(now - turns_at_).count());
+  turns_at_ = now;
+  turns_ -= 1;
+  if (turns_ >= 0) co_return;
+  turn_.expires_after(std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(-turns_ / rate)));
+  co_await turn_.async_wait(asio::as_tuple(asio::use_awaitable));
 }
 
 void ServerConnection::answer_ping(const v1::Ping& ping) {
@@ -287,9 +358,9 @@ void ServerConnection::finish() {
   room_.notify_all();
   hello_timer_.cancel();
   close_timer_.cancel();
-  shared_->log.debug("connection {} is over: {}", id_, reason);
+  shared_->log.debug("connection {} is over: {}", id(), reason);
   if (announced_ && shared_->events.on_closed) shared_->events.on_closed(shared_from_this(), reason);
-  shared_->on_over(id_);
+  shared_->on_over(origin_.number);
 }
 
 // ---- sending ----
@@ -297,7 +368,7 @@ void ServerConnection::finish() {
 bool ServerConnection::send(const v1::Envelope& envelope) {
   Result<Frame> frame = encode_frame(envelope, shared_->options.max_frame_bytes);
   if (!frame) {
-    shared_->log.error("a message to connection {} was not sent: {}", id_, frame.error().describe());
+    shared_->log.error("a message to connection {} was not sent: {}", id(), frame.error().describe());
     return false;
   }
   return send(*frame);
@@ -322,7 +393,7 @@ bool ServerConnection::send_latest(const SlotKey& slot, const Frame& frame) {
   if (!accepts()) return false;
   if (write_at_once(frame)) return true;
   if (!outbox_.put_latest(slot, frame)) {
-    overflow();
+    ++statistics_.dropped;
     return false;
   }
   flush(lock);
@@ -387,8 +458,14 @@ void ServerConnection::flush(Lock& lock) {
         write_when(asio::posix::stream_descriptor::wait_write);
         break;
       }
-      std::optional<Frame> next = outbox_.take();
-      if (!next && pull_ && pull_wanted_ && phase_ == Phase::joined) {
+      const bool pull_waits = pull_ && pull_wanted_ && phase_ == Phase::joined;
+      std::optional<Frame> next;
+      if (outbox_.has_answers() || !pull_waits || states_in_a_row_ < most_states_in_a_row) {
+        if (!outbox_.has_answers()) ++states_in_a_row_;
+        next = outbox_.take();
+      }
+      if (!next && pull_waits) {
+        states_in_a_row_ = 0;
         pull_wanted_ = false;
         const Pull pull = pull_;
         lock.unlock();
@@ -459,7 +536,7 @@ bool ServerConnection::wait_until_queued_below(std::size_t frames, std::chrono::
 void ServerConnection::fail(const Error& error) {
   Lock lock(mutex_);
   if (phase_ == Phase::draining || phase_ == Phase::closed) return;
-  shared_->log.info("connection {} ({}) fails: {}", id_, peer_.name.empty() ? peer_.program : peer_.name,
+  shared_->log.info("connection {} ({}) fails: {}", id(), peer_.name.empty() ? peer_.program : peer_.name,
                     error.describe());
   Frame last = failure_frame(error);
   if (!outbox_.push(last)) {  // the failure matters more than what is too much anyway

@@ -29,6 +29,10 @@ struct PeerInfo {
   TimePoint hello_received;        ///< t1 on ours.
   /// Over TLS: who it has proved to be; what it calls itself in `name` is only its word.
   std::optional<CertificateFacts> certificate;
+  std::string client_key = {};  ///< Of its Hello; checked for its length.
+  /// unix: the user id that the kernel says the other end has (SO_PEERCRED).
+  std::optional<std::uint32_t> uid = {};
+  std::string address = {};  ///< tcp, tls: the other end's address, "192.0.2.7"; else empty.
 };
 
 struct ConnectionStatistics {
@@ -36,7 +40,8 @@ struct ConnectionStatistics {
   std::uint64_t bytes_sent = 0;
   std::uint64_t frames_received = 0;
   std::uint64_t replaced = 0;   ///< Unsent states that a newer one replaced.
-  std::uint64_t overflows = 0;  ///< Times that the outbox was full.
+  std::uint64_t dropped = 0;    ///< States and notices for which there was no room.
+  std::uint64_t overflows = 0;  ///< Times that the reliable queue was full.
   std::size_t queued_bytes = 0;
   std::size_t queued_frames = 0;
 };
@@ -46,7 +51,8 @@ class Connection {
  public:
   virtual ~Connection() = default;
 
-  virtual std::uint64_t id() const = 0;  ///< The client_id of its Welcome; never used twice by one server.
+  /// The client_id of its Welcome: what ServerEvents::admit chose, else never used twice by one server.
+  virtual std::uint64_t id() const = 0;
   virtual const PeerInfo& peer() const = 0;
 
   /// Into the reliable queue. When that is full, it is emptied, and on_overflow decides (ServerEvents); what
@@ -54,7 +60,8 @@ class Connection {
   /// not taken.
   virtual bool send(const v1::Envelope& envelope) = 0;
   virtual bool send(const Frame& frame) = 0;
-  /// Newest wins among unsent frames of the same slot.
+  /// Newest wins among unsent frames of the same slot. Where the slot's lane is full, the frame is dropped
+  /// and counted; the connection goes on. False: it was not taken.
   virtual bool send_latest(const SlotKey& slot, const Frame& frame) = 0;
 
   /// Asked for the next frame whenever the peer can take one and nothing else waits; nullopt: nothing to say

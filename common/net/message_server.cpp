@@ -1,10 +1,12 @@
 #include "common/net/message_server.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
+#include <array>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
@@ -14,7 +16,6 @@
 #include <cstring>
 #include <map>
 #include <mutex>
-#include <set>
 #include <vector>
 
 #include "common/net/server_connection.h"
@@ -26,6 +27,30 @@ namespace asio = boost::asio;
 namespace {
 /// Out of file descriptors: try again when some may have been closed.
 constexpr std::chrono::milliseconds accept_pause{100};
+
+/// "192.0.2.7"; IPv4 peers of an IPv6 socket as IPv4; empty for unix sockets.
+std::string address_of(const sockaddr_storage& from) {
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  if (from.ss_family == AF_INET) {
+    const auto& v4 = reinterpret_cast<const sockaddr_in&>(from);
+    inet_ntop(AF_INET, &v4.sin_addr, text.data(), text.size());
+  } else if (from.ss_family == AF_INET6) {
+    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(from);
+    if (IN6_IS_ADDR_V4MAPPED(&v6.sin6_addr)) {
+      inet_ntop(AF_INET, &v6.sin6_addr.s6_addr[12], text.data(), text.size());
+    } else {
+      inet_ntop(AF_INET6, &v6.sin6_addr, text.data(), text.size());
+    }
+  }
+  return text.data();
+}
+
+std::optional<std::uint32_t> user_of(int fd) {
+  ucred credentials{};
+  socklen_t bytes = sizeof(credentials);
+  if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &credentials, &bytes) != 0) return std::nullopt;
+  return credentials.uid;
+}
 }  // namespace
 
 struct MessageServer::Implementation : std::enable_shared_from_this<MessageServer::Implementation> {
@@ -46,15 +71,19 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
 
   mutable std::mutex mutex;
   std::map<std::uint64_t, std::weak_ptr<ServerConnection>> connections;
-  std::set<std::uint64_t> half_open;
+  std::map<std::uint64_t, std::string> half_open;   ///< With their addresses.
+  std::map<std::string, std::size_t> half_open_of;  ///< How many of each address.
   std::uint64_t next_id = shared->options.first_client_id;
   bool stopped = false;
 
   asio::awaitable<void> accept_all() {
     for (;;) {
-      const int fd = ::accept4(listener.fd.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+      sockaddr_storage from{};
+      socklen_t from_bytes = sizeof(from);
+      const int fd = ::accept4(listener.fd.get(), reinterpret_cast<sockaddr*>(&from), &from_bytes,
+                               SOCK_NONBLOCK | SOCK_CLOEXEC);
       if (fd >= 0) {
-        welcome(FileDescriptor(fd));
+        welcome(FileDescriptor(fd), address_of(from));
         continue;
       }
       if (errno == EINTR || errno == ECONNABORTED) continue;
@@ -76,7 +105,7 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
     return stopped;
   }
 
-  void welcome(FileDescriptor fd) {
+  void welcome(FileDescriptor fd, std::string address) {
     if (const Status status = check_peer(fd.get(), listener.endpoint); !status) {
       shared->log.warning("a connection is refused: {}", status.error().describe());
       return;
@@ -88,6 +117,9 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
     if (const int bytes = shared->options.send_buffer_bytes; bytes > 0) {
       setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &bytes, sizeof(bytes));
     }
+    ConnectionOrigin origin;
+    origin.address = std::move(address);
+    if (listener.endpoint.kind == Endpoint::Kind::unix_socket) origin.uid = user_of(fd.get());
     std::unique_ptr<ByteStream> stream;
     if (listener.endpoint.kind == Endpoint::Kind::tls) {
       auto opened = shared->options.tls->open(fd.get());
@@ -96,6 +128,7 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
         return;
       }
       stream = std::move(*opened);
+      origin.channel = ConnectionOrigin::Channel::tls;
     } else {
       stream = make_plain_stream(fd.get());
     }
@@ -111,14 +144,25 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
         full =
             make_error(ErrorCode::resource_exhausted,
                        fmt::format("{} connections have not said hello yet", half_open.size()), "connection");
+      } else if (!origin.address.empty() &&
+                 half_open_of[origin.address] >= shared->options.max_half_open_per_address) {
+        full = make_error(ErrorCode::resource_exhausted,
+                          fmt::format("{} connections of {} have not said hello yet",
+                                      half_open_of[origin.address], origin.address),
+                          "connection");
       }
       // A crowd beyond this is not even told: those who are told take a descriptor for up to a second.
       if (full && connections.size() >= shared->options.max_connections + shared->options.max_half_open)
         return;
       const std::uint64_t id = next_id++;
-      connection = std::make_shared<ServerConnection>(executor, std::move(fd), std::move(stream), id, shared);
+      origin.number = id;
+      if (!full) {
+        half_open.emplace(id, origin.address);
+        ++half_open_of[origin.address];
+      }
+      connection = std::make_shared<ServerConnection>(executor, std::move(fd), std::move(stream),
+                                                      std::move(origin), shared);
       connections.emplace(id, connection);
-      if (!full) half_open.insert(id);
     }
     if (full) {
       connection->refuse(*full);
@@ -129,12 +173,20 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
 
   void joined(std::uint64_t id) {
     const std::lock_guard lock(mutex);
-    half_open.erase(id);
+    no_longer_half_open(id);
+  }
+
+  void no_longer_half_open(std::uint64_t id) {
+    const auto found = half_open.find(id);
+    if (found == half_open.end()) return;
+    const auto count = half_open_of.find(found->second);
+    if (count != half_open_of.end() && --count->second == 0) half_open_of.erase(count);
+    half_open.erase(found);
   }
 
   void over(std::uint64_t id) {
     const std::lock_guard lock(mutex);
-    half_open.erase(id);
+    no_longer_half_open(id);
     connections.erase(id);
   }
 

@@ -30,6 +30,11 @@ struct ServerOptions {
   std::chrono::milliseconds hello_timeout{5000};  ///< A peer that has not said hello by then is closed.
   std::size_t max_connections = 256;  ///< With those in the handshake; more are refused with a reason.
   std::size_t max_half_open = 64;     ///< Peers in the handshake at a time.
+  /// Of those of one address, so that one host alone cannot keep the others out; tcp and tls.
+  std::size_t max_half_open_per_address = 32;
+  /// Messages of one peer in a second, on average over some seconds: whoever sends more is read more slowly,
+  /// and nobody else notices. 0: any number.
+  std::uint32_t max_messages_per_s = 0;
   /// Of the first connection; those after it count on. Servers of one session begin far apart, so that no two
   /// of its clients have the same.
   std::uint64_t first_client_id = 1;
@@ -46,9 +51,27 @@ enum class OverflowAction {
   reseed,  ///< The callback has queued a whole new state.
 };
 
+/// What a server decides of a peer before it says Welcome.
+struct Admission {
+  std::uint64_t client_id = 0;  ///< 0: the server's next free number.
+};
+
+/// The first message of a peer that has no certificate yet, over TLS.
+struct PairingRequest {
+  v1::Pair pair;
+  std::string address;
+};
+using PairingAnswer = std::function<void(Result<v1::Paired>)>;
+
 /// Callbacks of one connection come one after another (a strand); those of different connections may come at
 /// once when the executor has several threads. Any of them may be empty.
 struct ServerEvents {
+  /// After a good Hello and before the Welcome, by which the peer learns the id: an error refuses the peer
+  /// with that Failure, and no other callback follows.
+  std::function<Result<Admission>(const PeerInfo&)> admit;
+  /// A Pair instead of a Hello, over TLS. The answer may be given later and by any thread, once; with it the
+  /// connection ends. Empty: Pair is refused.
+  std::function<void(const PairingRequest&, PairingAnswer)> on_pair;
   /// The handshake is done and the Welcome queued; an error refuses the peer with that Failure, and no other
   /// callback follows.
   std::function<Status(const ConnectionPtr&)> on_join;

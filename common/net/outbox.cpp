@@ -13,19 +13,24 @@ bool Outbox::push(Frame frame) {
 
 bool Outbox::put_latest(SlotKey key, Frame frame) {
   const std::size_t size = frame->size();
+  const bool state = key.lane == Lane::states;
+  const std::size_t max_slots = state ? limits_.max_slots : limits_.max_notices;
+  const std::size_t max_bytes = state ? limits_.max_slot_bytes : limits_.max_notice_bytes;
+  Filled& lane = filled(key.lane);
   const auto found = slots_.find(key);
   const std::size_t replaced_size = found == slots_.end() ? 0 : found->second.frame->size();
-  if (slot_bytes_ - replaced_size + size > limits_.max_slot_bytes) return false;
+  if (lane.bytes - replaced_size + size > max_bytes) return false;
   if (found != slots_.end()) {
     found->second.frame = std::move(frame);
     ++replaced_;
   } else {
-    if (slots_.size() >= limits_.max_slots) return false;
+    if (lane.slots >= max_slots) return false;
+    ++lane.slots;
     slot_order_.emplace(next_order_, key);
     slots_.emplace(std::move(key), Slot{next_order_, std::move(frame)});
     ++next_order_;
   }
-  slot_bytes_ += size - replaced_size;
+  lane.bytes += size - replaced_size;
   return true;
 }
 
@@ -40,7 +45,9 @@ std::optional<Frame> Outbox::take() {
   const auto first = slot_order_.begin();
   const auto slot = slots_.find(first->second);
   Frame frame = std::move(slot->second.frame);
-  slot_bytes_ -= frame->size();
+  Filled& lane = filled(slot->first.lane);
+  lane.bytes -= frame->size();
+  --lane.slots;
   slots_.erase(slot);
   slot_order_.erase(first);
   return frame;
@@ -51,7 +58,7 @@ void Outbox::clear() {
   slots_.clear();
   slot_order_.clear();
   queued_bytes_ = 0;
-  slot_bytes_ = 0;
+  states_ = notices_ = Filled{};
 }
 
 }  // namespace handloft::net

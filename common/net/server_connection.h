@@ -2,6 +2,7 @@
 // The server's side of a connection: how message_server.cpp makes and runs it. Everything else sees
 // connection.h.
 
+#include <atomic>
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -29,11 +30,19 @@ struct ServerShared {
   std::function<void(std::uint64_t id)> on_joined;
 };
 
+/// Where a connection came in, before it has said a word.
+struct ConnectionOrigin {
+  std::uint64_t number = 0;  ///< Never used twice by one server.
+  std::optional<std::uint32_t> uid = {};
+  std::string address = {};
+  enum class Channel { plain, tls } channel = Channel::plain;
+};
+
 class ServerConnection final : public Connection, public std::enable_shared_from_this<ServerConnection> {
  public:
   /// `stream` is over `socket`.
   ServerConnection(const boost::asio::any_io_executor& executor, FileDescriptor socket,
-                   std::unique_ptr<ByteStream> stream, std::uint64_t id,
+                   std::unique_ptr<ByteStream> stream, ConnectionOrigin origin,
                    std::shared_ptr<const ServerShared> shared);
 
   /// Handshake, then messages until the end. Call once.
@@ -41,7 +50,7 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   /// Refuses the peer with a Failure without a handshake.
   void refuse(const Error& error);
 
-  std::uint64_t id() const override { return id_; }
+  std::uint64_t id() const override { return id_.load(std::memory_order_relaxed); }
   const PeerInfo& peer() const override { return peer_; }
   bool send(const v1::Envelope& envelope) override;
   bool send(const Frame& frame) override;
@@ -68,6 +77,9 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   bool paused() const;
   Status handle(std::span<const std::uint8_t> payload);
   Status shake_hands();
+  Status begin_pairing();
+  void end_pairing(const Result<v1::Paired>& outcome);
+  boost::asio::awaitable<void> wait_for_a_turn();
   void answer_ping(const v1::Ping& ping);
   void finish();
 
@@ -84,13 +96,15 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   void write_when(boost::asio::posix::stream_descriptor::wait_type ready);
   void arm_close_timer();
 
-  const std::uint64_t id_;
+  const ConnectionOrigin origin_;
+  std::atomic<std::uint64_t> id_;  ///< The origin's number until ServerEvents::admit chooses another.
   const std::shared_ptr<const ServerShared> shared_;
   Strand strand_;
   boost::asio::posix::stream_descriptor descriptor_;
   boost::asio::steady_timer hello_timer_;
   boost::asio::steady_timer close_timer_;
   boost::asio::steady_timer pause_;  ///< never expires; cancelled to wake the reading coroutine
+  boost::asio::steady_timer turn_;   ///< until the peer may be read again (max_messages_per_s)
   const int fd_;
   const std::unique_ptr<ByteStream> stream_;
   FrameDecoder decoder_;
@@ -103,11 +117,15 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   Phase phase_ = Phase::handshake;
   bool announced_ = false;  ///< on_join said yes, so on_closed will come
   bool said_hello_ = false;
+  bool pairing_ = false;
+  double turns_ = 0;  ///< messages that may be handled now
+  std::chrono::steady_clock::time_point turns_at_;
   bool overflowed_ = false;
   bool reading_paused_ = false;
   bool write_blocked_ = false;  ///< the kernel's buffer is full; the strand waits for room
   bool flushing_ = false;
   bool pull_wanted_ = false;
+  int states_in_a_row_ = 0;  ///< Written since something was pulled.
   Outbox outbox_;
   Frame in_flight_;
   std::size_t in_flight_done_ = 0;

@@ -3,15 +3,14 @@
 // answers comes from memory; the file behind it (access_file.h) is read anew when somebody has changed it,
 // and written by a thread of its own, so that nobody who shapes waits for a disk. Thread-safe.
 
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
-#include "common/base/clock.h"
 #include "common/base/log.h"
 #include "common/base/result.h"
 #include "common/net/connection.h"
@@ -31,10 +30,15 @@ struct GateOptions {
   /// Days that a device's certificate is good for; then it must be paired again.
   int certificate_days = 730;
   /// Wrong codes of one address in a minute; more are not even looked at.
-  int wrong_codes_per_minute = 5;
-  /// Wrong codes of all addresses in a minute.
-  int wrong_codes_per_minute_in_all = 30;
-  AuditLimits audit;
+  std::uint32_t wrong_codes_per_minute = 5;
+  /// Wrong codes of all addresses in a minute. Many, so that strangers cannot keep a guest from being paired:
+  /// what keeps guesses from hitting is the length of codes and the attempts of each invitation.
+  std::uint32_t wrong_codes_per_minute_in_all = 300;
+  AuditLimits audit = {};
+  std::function<std::int64_t()> now_ns = {};  ///< Since 1970, UTC; empty: the system's clock.
+  /// The login name of a user id; empty: the system's.
+  std::function<std::string(std::uint32_t uid)> login_of = {};
+  std::optional<std::uint32_t> own_uid = {};  ///< Whose server it is; nullopt: this process's.
 };
 
 class Gate {
@@ -42,10 +46,10 @@ class Gate {
   /// Without users: unix: peers are owners (net::check_peer() lets only our own user and root in), tcp: peers
   /// have the TCP role, tls: ones are refused. Nothing is written.
   static std::shared_ptr<Gate> without_file(GateOptions options = {});
-  /// With the users of an access file, which is made when missing. `clock` must outlive it. Errors: those of
+  /// With the users of an access file, which is made when missing. Errors: those of
   /// AccessFile::open().
   static Result<std::shared_ptr<Gate>> open(const std::filesystem::path& file, GateOptions options,
-                                            const Clock& clock, Logger log);
+                                            Logger log);
   ~Gate();
   Gate(const Gate&) = delete;
   Gate& operator=(const Gate&) = delete;
@@ -90,6 +94,8 @@ class Gate {
 
   /// Waits until what is to be written is on the disk: for tests and the end.
   void flush();
+  /// Whether there are users at all: open() rather than without_file().
+  bool has_users() const;
 
  private:
   struct Implementation;
