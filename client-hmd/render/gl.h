@@ -78,10 +78,20 @@ struct GlFramebufferTraits {
   static void destroy(GLuint id) { glDeleteFramebuffers(1, &id); }
 };
 
+struct GlQueryTraits {
+  static GLuint create() {
+    GLuint id = 0;
+    glGenQueries(1, &id);
+    return id;
+  }
+  static void destroy(GLuint id) { glDeleteQueries(1, &id); }
+};
+
 using GlTexture = GlObject<GlTextureTraits>;
 using GlBuffer = GlObject<GlBufferTraits>;
 using GlVertexArray = GlObject<GlVertexArrayTraits>;
 using GlFramebuffer = GlObject<GlFramebufferTraits>;
+using GlQuery = GlObject<GlQueryTraits>;
 
 /// A linked program of a vertex and a fragment shader, perhaps with a geometry shader between them. Unknown
 /// uniform names are ignored, as GL does.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "client-hmd/render/curvature_map.h"
@@ -86,22 +87,54 @@ struct Renderer::Implementation {
 
   /// Surfaces first, then the points on top of them: a thin layer of ink just before a nearly opaque one is
   /// where the weighted average errs most. The surfaces' veil fades the points behind them.
-  Status blend_weighted(const Frame& frame, const EyeUniforms& eye) {
-    begin_sums();
-    surfaces.draw(*resident, eye, Stage::weighted);
-    marks.draw_transparent(frame, eye, Stage::weighted);
-    resolve_sums();
-    const auto width = static_cast<int>(eye.viewport_px.x), height = static_cast<int>(eye.viewport_px.y);
-    if (const Status kept = veil.keep(targets.sum(), targets.weight(), width, height); !kept) return kept;
-
+  Status blend_weighted(const Frame& frame, const EyeUniforms& eye,
+                        const TransparencyWeights& surface_weights) {
     EyeUniforms behind = eye;
-    behind.behind_veil = true;
+    const bool veiled = surfaces.any_transparent(*resident) || frame.symmetry ||
+                        std::any_of(frame.fingers.begin(), frame.fingers.end(),
+                                    [](const FingerMark& finger) { return finger.opacity < 1.0F; });
+    if (veiled) {
+      if (const Status blended = blend_surfaces(frame, eye, surface_weights); !blended) return blended;
+      behind.behind_veil = true;
+    }
     begin_sums();
-    bind_texture(9, GL_TEXTURE_2D, veil.texture());
+    if (veiled) bind_texture(9, GL_TEXTURE_2D, veil.texture());
     points.draw(*resident, behind, Stage::weighted);
     ghosts.draw(behind, Stage::weighted);
     resolve_sums();
     return {};
+  }
+
+  /// The nearest layer exactly, all behind it by weights: few surfaces overlap more than twice.
+  Status blend_surfaces(const Frame& frame, const EyeUniforms& eye,
+                        const TransparencyWeights& surface_weights) {
+    targets.begin_peeling();
+    begin_layer(0);
+    surfaces.draw(*resident, eye, Stage::peel);
+    marks.draw_transparent(frame, eye, Stage::peel);
+
+    EyeUniforms rest = eye;
+    rest.behind_front = true;
+    rest.weights = surface_weights;
+    begin_sums();
+    bind_texture(7, GL_TEXTURE_2D, targets.last_layer_depth(1));
+    surfaces.draw(*resident, rest, Stage::weighted);
+    marks.draw_transparent(frame, rest, Stage::weighted);
+    resolve_sums();
+
+    glEnable(GL_BLEND);
+    glBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    bind_texture(0, GL_TEXTURE_2D, targets.layer_colour());
+    copy.use();
+    copy.set("u_sum", 0);
+    fullscreen(copy);
+    glDisable(GL_BLEND);
+    return veil.keep({.sum = targets.sum(),
+                      .weight = targets.weight(),
+                      .front = targets.layer_colour(),
+                      .front_depth = targets.last_layer_depth(1)},
+                     glm::vec2(eye.clip_from_eye[2][2], eye.clip_from_eye[3][2]),
+                     static_cast<int>(eye.viewport_px.x), static_cast<int>(eye.viewport_px.y));
   }
 
   void begin_sums() {
@@ -131,20 +164,31 @@ struct Renderer::Implementation {
     glDisable(GL_BLEND);
   }
 
+  /// What is drawn from now on goes into a layer of its own: the nearest behind the last one.
+  void begin_layer(int layer) {
+    targets.bind_layer(layer);
+    constexpr std::array<float, 4> nothing{0.0F, 0.0F, 0.0F, 0.0F};
+    constexpr float farthest = 1.0F;
+    glClearBufferfv(GL_COLOR, 0, nothing.data());
+    glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_TRUE);
+    glClearBufferfv(GL_DEPTH, 0, &farthest);
+    glDisable(GL_BLEND);
+    bind_texture(6, GL_TEXTURE_2D, targets.opaque_depth());
+    bind_texture(7, GL_TEXTURE_2D, targets.last_layer_depth(layer));
+  }
+
   void blend_peeled(const Frame& frame, const EyeUniforms& eye) {
     targets.begin_peeling();
+    GlQuery query = GlQuery::create();
     for (int layer = 0; layer < max_peeled_layers; ++layer) {
-      targets.bind_layer(layer);
-      constexpr std::array<float, 4> nothing{0.0F, 0.0F, 0.0F, 0.0F};
-      constexpr float farthest = 1.0F;
-      glClearBufferfv(GL_COLOR, 0, nothing.data());
-      glEnable(GL_DEPTH_TEST);
-      glDepthMask(GL_TRUE);
-      glClearBufferfv(GL_DEPTH, 0, &farthest);
-      glDisable(GL_BLEND);
-      bind_texture(6, GL_TEXTURE_2D, targets.opaque_depth());
-      bind_texture(7, GL_TEXTURE_2D, targets.last_layer_depth(layer));
+      begin_layer(layer);
+      glBeginQuery(GL_SAMPLES_PASSED, query.id());
       draw_transparent_stage(frame, eye, Stage::peel);
+      glEndQuery(GL_SAMPLES_PASSED);
+      GLuint pixels = 0;
+      glGetQueryObjectuiv(query.id(), GL_QUERY_RESULT, &pixels);
+      if (pixels == 0) break;
 
       targets.bind_peeled_sum();
       glDisable(GL_DEPTH_TEST);
@@ -157,8 +201,12 @@ struct Renderer::Implementation {
       fullscreen(copy);
     }
     targets.bind_picture();
+    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_BLEND);
     glBlendFuncSeparate(GL_ONE, GL_SRC_ALPHA, GL_ZERO, GL_ONE);
     bind_texture(0, GL_TEXTURE_2D, targets.sum());
+    copy.use();
+    copy.set("u_sum", 0);
     fullscreen(copy);
     glDisable(GL_BLEND);
   }
@@ -230,7 +278,7 @@ struct Renderer::Implementation {
     marks.draw_fingertips(frame, eye);
     if (options.transparency == Transparency::depth_peeling) {
       blend_peeled(frame, eye);
-    } else if (const Status blended = blend_weighted(frame, eye); !blended) {
+    } else if (const Status blended = blend_weighted(frame, eye, options.surface_weights); !blended) {
       return blended;
     }
     targets.bind_picture();

@@ -20,6 +20,7 @@ enum class Curvatures { as_ready, awaited };
 struct RenderOptions {
   Transparency transparency = Transparency::weighted_blended;
   TransparencyWeights weights;
+  TransparencyWeights surface_weights = weights_of_surfaces;
   /// The scene is drawn with this many pixels a side for each of the output and averaged: 1 while moving, 2
   /// for stills.
   int supersampling = 1;

@@ -33,6 +33,7 @@ uniform sampler2D u_opaque_depth;
 uniform sampler2D u_last_depth;
 uniform int u_hand_before;       // There is a filmed hand: what is behind it is not seen.
 uniform sampler2D u_hand_mask;   // Its coverage, and that times its depth.
+uniform int u_behind_front;      // The nearest layer of surfaces is blended apart, exactly.
 uniform int u_behind_veil;       // Surfaces were blended before, and fade what is behind them.
 uniform sampler2D u_veil;        // Light that comes through them, and from which depth on (veil.h).
 uniform vec2 u_depth_terms;      // Of the projection: clip z from eye z.
@@ -42,7 +43,16 @@ uniform float u_above;  // Where the eye of the coverage is over the table.
 const float contact_m = 0.015;  // What is nearer to the table than that seems to touch it.
 const float as_good_as_opaque = 0.985;
 
+// Of layers: what other layers have or something opaque hides. Before anything is computed that costs.
+void skip_what_is_drawn() {
+  if (u_stage != 2 && (u_stage != 1 || u_behind_front == 0)) return;
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  if (gl_FragCoord.z <= texelFetch(u_last_depth, pixel, 0).r) discard;
+  if (u_stage == 2 && gl_FragCoord.z >= texelFetch(u_opaque_depth, pixel, 0).r) discard;
+}
+
 void emit(vec3 colour, float alpha, float eye_depth) {
+  skip_what_is_drawn();
   out_weight = vec4(0.0);
   if (u_stage == 0) {
     if (alpha < as_good_as_opaque) discard;
@@ -73,14 +83,16 @@ void emit(vec3 colour, float alpha, float eye_depth) {
   }
   if (alpha < 1.0 / 512.0) discard;
   if (u_stage == 1) {
-    float weight = alpha * clamp(exp(-(eye_depth - u_weights.x) / u_weights.y), u_weights.z, u_weights.w);
+    float from = u_weights.x;
+    if (u_behind_front != 0) {
+      float front = texelFetch(u_last_depth, ivec2(gl_FragCoord.xy), 0).r;
+      from += u_depth_terms.y / (u_depth_terms.x + front * 2.0 - 1.0);
+    }
+    float weight = alpha * clamp(exp(-(eye_depth - from) / u_weights.y), u_weights.z, u_weights.w);
     out_colour = vec4(colour * weight, alpha);
     out_weight = vec4(weight, alpha * alpha, alpha * alpha * eye_depth, 0.0);
     return;
   }
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
-  if (gl_FragCoord.z >= texelFetch(u_opaque_depth, pixel, 0).r) discard;
-  if (gl_FragCoord.z <= texelFetch(u_last_depth, pixel, 0).r) discard;
   out_colour = vec4(colour * alpha, alpha);
 }
 )glsl";

@@ -85,6 +85,7 @@ void set_common_uniforms(const GlProgram& program, const EyeUniforms& eye, Stage
   program.set("u_last_depth", 7);
   program.set("u_hand_before", eye.hand_before ? 1 : 0);
   program.set("u_hand_mask", 8);
+  program.set("u_behind_front", eye.behind_front ? 1 : 0);
   program.set("u_behind_veil", eye.behind_veil ? 1 : 0);
   program.set("u_veil", 9);
   program.set("u_depth_terms", glm::vec2(eye.clip_from_eye[2][2], eye.clip_from_eye[3][2]));
@@ -330,6 +331,14 @@ void SurfacePass::draw_with(const GlProgram& program, const Scene& scene, const 
     glDrawElements(GL_TRIANGLES, resident.index_count, GL_UNSIGNED_INT, nullptr);
   }
   glBindVertexArray(0);
+}
+
+bool SurfacePass::any_transparent(const Scene& scene) const {
+  return std::any_of(scene.entities.begin(), scene.entities.end(), [this](const auto& item) {
+    const auto found = residents_.find(item.first);
+    if (!item.second->shows_surface() || found == residents_.end()) return false;
+    return !found->second.opaque_all_over || (scale_ && item.second->kind == EntityKind::reference);
+  });
 }
 
 std::size_t SurfacePass::triangle_count() const {

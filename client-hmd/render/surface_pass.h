@@ -36,6 +36,7 @@ struct EyeUniforms {
   float focal_px = 1.0F;  ///< Vertical, in pixels of the drawn picture.
   TransparencyWeights weights;
   float above_table_m = 0.0F;  ///< For Stage::coverage: of an eye that looks straight down.
+  bool behind_front = false;   ///< The nearest layer's depths are bound: only what is behind them.
   bool behind_veil = false;    ///< A veil of surfaces is bound (veil.h).
   bool hand_before = false;    ///< A mask of the filmed hand is bound (hand_occlusion.h).
 };
@@ -65,6 +66,8 @@ class SurfacePass {
   /// What the curvature's colours span on either side of nought, 1/m.
   float curvature_range() const { return curvature_range_per_m_; }
   void draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const;
+  /// Whether the stages of transparency have anything to draw.
+  bool any_transparent(const Scene& scene) const;
   /// Triangles of the scene as last updated.
   std::size_t triangle_count() const;
   /// Of the shapes of the scene as last updated.

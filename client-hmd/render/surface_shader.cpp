@@ -184,6 +184,7 @@ void main() {
   }
   if (u_stage == 0 && alpha < as_good_as_opaque) discard;
   if (u_stage != 0 && alpha >= as_good_as_opaque) discard;
+  skip_what_is_drawn();
 
   vec3 facing_normal = front ? n : -n;
   float sky = 1.0, ground = 1.0;

@@ -13,10 +13,16 @@ constexpr std::string_view fragment_glsl = R"glsl(
 layout(location = 0) out vec2 out_veil;
 uniform sampler2D u_sum;
 uniform sampler2D u_weight;
+uniform sampler2D u_front;
+uniform sampler2D u_front_depth;
+uniform vec2 u_depth_terms;
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  vec3 sums = texelFetch(u_weight, pixel, 0).rgb;
-  out_veil = vec2(texelFetch(u_sum, pixel, 0).a, sums.g > 1e-5 ? sums.b / sums.g : 1e4);
+  vec2 sums = texelFetch(u_weight, pixel, 0).gb;
+  float front = texelFetch(u_front, pixel, 0).a;
+  float depth = u_depth_terms.y / (u_depth_terms.x + texelFetch(u_front_depth, pixel, 0).r * 2.0 - 1.0);
+  if (front > 0.0) sums += front * front * vec2(1.0, depth);
+  out_veil = vec2(texelFetch(u_sum, pixel, 0).a * (1.0 - front), sums.x > 1e-5 ? sums.y / sums.x : 1e4);
 }
 )glsl";
 
@@ -33,7 +39,7 @@ Result<Veil> Veil::create() {
   return veil;
 }
 
-Status Veil::keep(GLuint sum, GLuint weight, int width_px, int height_px) {
+Status Veil::keep(const Layers& layers, const glm::vec2& depth_terms, int width_px, int height_px) {
   if (width_px != width_px_ || height_px != height_px_) {
     width_px_ = height_px_ = 0;
     texture_ = GlTexture::create();
@@ -54,11 +60,16 @@ Status Veil::keep(GLuint sum, GLuint weight, int width_px, int height_px) {
   glBindFramebuffer(GL_FRAMEBUFFER, target_.id());
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
-  bind_texture(0, GL_TEXTURE_2D, sum);
-  bind_texture(1, GL_TEXTURE_2D, weight);
+  bind_texture(0, GL_TEXTURE_2D, layers.sum);
+  bind_texture(1, GL_TEXTURE_2D, layers.weight);
+  bind_texture(2, GL_TEXTURE_2D, layers.front);
+  bind_texture(3, GL_TEXTURE_2D, layers.front_depth);
   program_.use();
   program_.set("u_sum", 0);
   program_.set("u_weight", 1);
+  program_.set("u_front", 2);
+  program_.set("u_front_depth", 3);
+  program_.set("u_depth_terms", depth_terms);
   glBindVertexArray(no_vertices_.id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
   return {};

@@ -13,10 +13,16 @@ class Veil {
  public:
   static Result<Veil> create();
 
-  /// From the sums of a weighted pass over surfaces (emit_glsl): what shines through in `sum`'s alpha, the
-  /// sums of squared opacities without and with depths in `weight`'s green and blue. Leaves another
-  /// framebuffer bound. Errors: resource_exhausted.
-  Status keep(GLuint sum, GLuint weight, int width_px, int height_px);
+  /// What surfaces left: the sums of a weighted pass over them (emit_glsl), what shines through in `sum`'s
+  /// alpha, the sums of squared opacities without and with depths in `weight`'s green and blue; and their
+  /// nearest layer, apart, with its opacity in alpha and its depth as drawn.
+  struct Layers {
+    GLuint sum = 0, weight = 0;
+    GLuint front = 0, front_depth = 0;
+  };
+  /// `depth_terms`: of the projection, as in emit_glsl. Leaves another framebuffer bound. Errors:
+  /// resource_exhausted.
+  Status keep(const Layers& layers, const glm::vec2& depth_terms, int width_px, int height_px);
   /// Share of light that comes through, and depth in metres.
   GLuint texture() const { return texture_.id(); }
 

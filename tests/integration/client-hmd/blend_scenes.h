@@ -114,7 +114,7 @@ inline std::vector<BlendScene> blend_scenes() {
     shell->selected = i == 1;
     shells.push_back(shell);
   }
-  add("falloff_surfaces", scene_with(shells), 5.5, 36.0, 75.0);
+  add("falloff_surfaces", scene_with(shells), 0.8, 8.0, 40.0);
 
   GhostHint over = anna();
   over.tips = tips_at({0.02F, 0.02F, 0.08F}, -2.0F);
@@ -123,7 +123,7 @@ inline std::vector<BlendScene> blend_scenes() {
   under.posture = HandPosture::open;
   add("ghosts", scene_with({}), 0.3, 3.0, 60.0).frame.ghosts = {over, under};
 
-  BlendScene& mixed = add("mixed", synthetic_scene(), 1.2, 14.0, 150.0);
+  BlendScene& mixed = add("mixed", synthetic_scene(), 0.7, 8.0, 110.0);
   mixed.frame.ghosts = {over};
   mixed.frame.symmetry = SymmetryHint{};
   mixed.frame.fingers = {{{0.03F, -0.03F, 0.07F}, {0.7F, 0.06F, 0.05F}, 0.5F}};
@@ -133,14 +133,14 @@ inline std::vector<BlendScene> blend_scenes() {
   far->points = cloud(1500, {-0.5F, 1.6F, 0.2F}, {0.6F, 0.5F, 0.15F}, 0.2, 0.6);
   auto between = entity_named("between");
   between->surface = moved_shell(0.0F, 0.0F, 0.7F);
-  add("near_and_far", scene_with({close, far, between}), 0.3, 3.0, 40.0);
+  add("near_and_far", scene_with({close, far, between}), 0.2, 3.0, 10.0);
 
   auto faint = entity_named("faint"), firm = entity_named("firm");
   faint->points = cloud(500, {0.0F, 0.0F, 0.05F}, {0.06F, 0.04F, 0.03F}, 0.05, 0.12);
   firm->points = cloud(80, {0.0F, 0.0F, 0.05F}, {0.06F, 0.04F, 0.03F}, 0.80, 0.99);
   auto veil = entity_named("veil");
   veil->surface = moved_shell(0.02F, 0.3F, 0.12F);
-  add("extreme_opacities", scene_with({faint, firm, veil}), 5.0, 46.0, 110.0);
+  add("extreme_opacities", scene_with({faint, firm, veil}), 0.8, 8.0, 25.0);
 
   auto behind = entity_named("behind"), before = entity_named("before"), half = entity_named("half");
   behind->points = cloud(150, {0.0F, 0.0F, 0.01F}, {0.05F, 0.03F, 0.01F}, 0.3, 0.8);
