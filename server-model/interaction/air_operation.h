@@ -1,22 +1,27 @@
 #pragma once
 // The one operation in the air that a gesture is. Keeps what was asked for, so that the gesture can go on
 // when somebody else changed the document beneath it: the model evaluates it anew on the new base, and where
-// that failed it is begun once more with all that the hand has done.
+// that failed it is begun once more with all that the hand has done. What it deforms is leased for as long
+// (U1, leases.h): while somebody else shapes that, the gesture is refused.
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
+#include <string>
 
 #include "common/base/result.h"
 #include "proto/operation.pb.h"
+#include "server-model/interaction/workbench.h"
 #include "server-model/model/model.h"
 
 namespace handloft::interaction {
 
 class AirOperation {
  public:
-  /// `model` must outlive it. `client_id`: whose gesture it is, in every operation of it.
-  AirOperation(model::Model& model, std::uint64_t client_id) : model_(model), client_id_(client_id) {}
+  /// `workbench` must outlive it; its client_id is in every operation of the gesture.
+  explicit AirOperation(Workbench& workbench)
+      : model_(workbench.model), claims_(workbench.claims), client_id_(workbench.client_id) {}
   ~AirOperation() { cancel(); }
   AirOperation(const AirOperation&) = delete;
   AirOperation& operator=(const AirOperation&) = delete;
@@ -42,11 +47,17 @@ class AirOperation {
 
  private:
   Status begin();
+  /// Takes or renews the leases of what the operation deforms.
+  Status lease(const v1::Operation& operation);
+  void take_down();
+  void release();
 
   model::Model& model_;
+  ClaimsPtr claims_;
   std::uint64_t client_id_;
   model::ProvisionalId id_ = 0;  ///< 0: none.
   v1::Operation operation_;
+  std::set<std::string> leased_;
 };
 
 }  // namespace handloft::interaction

@@ -17,7 +17,7 @@ class ExponentGesture final : public Gesture {
   /// On the active shape. `workbench` must outlive it.
   explicit ExponentGesture(Workbench& workbench)
       : workbench_(workbench),
-        air_(workbench.model, workbench.client_id),
+        air_(workbench),
         entity_(workbench.active_shape()) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;

@@ -13,7 +13,7 @@ namespace handloft::interaction {
 IconDragGesture::IconDragGesture(Workbench& workbench, NearIcon picked)
     : workbench_(workbench),
       picked_(std::move(picked)),
-      air_(workbench.model, workbench.client_id),
+      air_(workbench),
       hold_(workbench),
       fist_(workbench.options.fist_hold) {
   workbench_.select_icon(picked_.name);
@@ -57,6 +57,10 @@ Result<Preview> IconDragGesture::on_frame(const HandFrame& frame) {
   const FistWay way = fist_.on_frame(frame);
   if (!std::exchange(selected_, true)) return Preview::changed;
   if (held().empty() || (!begun() && !moved(way))) return Preview::same;
+  if (!hold_.renew()) {
+    return make_error(ErrorCode::failed_precondition,
+                      fmt::format("somebody else drives icon \"{}\" by now", picked_.name.icon));
+  }
   const Status status = air_.amend(operation(way));
   refused_ = status ? std::string() : status.error().message;
   return Preview::changed;

@@ -24,7 +24,7 @@ class IconPenGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
   explicit IconPenGesture(Workbench& workbench)
-      : workbench_(workbench), air_(workbench.model, workbench.client_id) {}
+      : workbench_(workbench), air_(workbench) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

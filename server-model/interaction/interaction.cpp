@@ -58,6 +58,16 @@ void Interaction::select(std::string entity) {
   workbench_.selected = std::move(entity);
 }
 
+bool Interaction::lapse() {
+  for (const IconName& name : workbench_.held) workbench_.claims->icons.erase(name);
+  return !std::exchange(workbench_.held, {}).empty();
+}
+
+std::vector<std::string> Interaction::selection() const {
+  std::string active = active_shape();
+  return active.empty() ? std::vector<std::string>() : std::vector<std::string>{std::move(active)};
+}
+
 std::vector<std::string> Interaction::targets() const {
   std::vector<std::string> targets;
   for (const Hand& hand : hands_) {

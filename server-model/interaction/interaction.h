@@ -87,6 +87,14 @@ class Interaction {
   /// hand that we did not see leave made them on purpose.
   FrameOutcome finish();
 
+  /// Nothing was heard of these hands for as long as a lease lasts: others may take the icons that they hold.
+  /// They have them again with the next frame, if they are free by then. False: they held none.
+  bool lapse();
+
+  /// The entities that are selected: the one that was chosen, else what a gesture acted on last; at most one
+  /// as yet.
+  std::vector<std::string> selection() const;
+
   /// What strokes and the palette act on: the selected shape, else the one that a gesture acted on last,
   /// until "new shape"; empty when there is none or it is gone (an undo takes it away, a redo brings it
   /// back).

@@ -32,7 +32,7 @@ class ProfileGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
   explicit ProfileGesture(Workbench& workbench)
-      : workbench_(workbench), air_(workbench.model, workbench.client_id) {}
+      : workbench_(workbench), air_(workbench) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

@@ -20,7 +20,7 @@ class PushGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
   explicit PushGesture(Workbench& workbench)
-      : workbench_(workbench), disk_(workbench.options.disk), air_(workbench.model, workbench.client_id) {}
+      : workbench_(workbench), disk_(workbench.options.disk), air_(workbench) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

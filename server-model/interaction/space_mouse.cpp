@@ -109,7 +109,8 @@ SpaceMouse::Counts SpaceMouse::on_frame(const SpaceMouseSample& sample, TimePoin
                                         FrameOutcome& outcome) {
   const SpaceMouseOptions& options = workbench_.options.space_mouse;
   Counts counts;
-  if (drag_ && workbench_.selected_icon() != drag_->hold.name()) counts = end(outcome);
+  const bool lost = drag_ && (workbench_.selected_icon() != drag_->hold.name() || !drag_->hold.renew());
+  if (lost) counts = end(outcome);
   if (!sample.at_rest()) {
     moved_at_ = now;
     if (!drag_) begin();

@@ -54,7 +54,7 @@ class SpaceMouse {
  private:
   /// One push of the cap.
   struct Drag {
-    explicit Drag(Workbench& workbench) : air(workbench.model, workbench.client_id), hold(workbench) {}
+    explicit Drag(Workbench& workbench) : air(workbench), hold(workbench) {}
     AirOperation air;
     IconHold hold;
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();

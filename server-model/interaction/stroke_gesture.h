@@ -14,7 +14,7 @@ class StrokeGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
   explicit StrokeGesture(Workbench& workbench)
-      : workbench_(workbench), air_(workbench.model, workbench.client_id) {}
+      : workbench_(workbench), air_(workbench) {}
   ~StrokeGesture() override { release_id(); }
 
   Result<Preview> on_frame(const HandFrame& frame) override;

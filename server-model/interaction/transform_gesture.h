@@ -22,7 +22,7 @@ class TransformGesture final : public Gesture {
   TransformGesture(Workbench& workbench, Grip grip)
       : workbench_(workbench),
         grip_(grip),
-        air_(workbench.model, workbench.client_id),
+        air_(workbench),
         fist_(workbench.options.fist_hold) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;

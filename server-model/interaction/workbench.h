@@ -13,6 +13,7 @@
 #include "common/base/table_palette.h"
 #include "proto/operation.pb.h"
 #include "server-model/interaction/icon_finder.h"
+#include "server-model/interaction/leases.h"
 #include "server-model/interaction/options.h"
 #include "server-model/interaction/target.h"
 #include "server-model/model/model.h"
@@ -39,6 +40,7 @@ struct Modes {
 struct Claims {
   std::set<IconName> icons;              ///< Driven now.
   std::multiset<std::string> shape_ids;  ///< Of shapes that strokes in the air are about to make.
+  Leases leases = Leases();              ///< Of what gestures deform, or clients asked for.
 };
 using ClaimsPtr = std::shared_ptr<Claims>;
 
@@ -124,11 +126,14 @@ class IconHold {
     return true;
   }
   void release() {
-    if (!name_.empty()) {
-      workbench_.held.erase(name_);
-      workbench_.claims->icons.erase(name_);
-    }
+    // Else it has lapsed (Interaction::lapse()), and may be somebody else's by now.
+    if (workbench_.held.erase(name_) > 0) workbench_.claims->icons.erase(name_);
     name_ = IconName();
+  }
+  /// With every frame. False: it has lapsed, and somebody else has it now.
+  bool renew() {
+    if (name_.empty() || workbench_.held.contains(name_)) return true;
+    return take(IconName(name_));
   }
   const IconName& name() const { return name_; }  ///< Empty: nothing.
 
