@@ -1,0 +1,317 @@
+"""The Python client on a real server (U7)."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+import threading
+import unittest
+
+import handloft
+from handloft import script
+from support import MODELD, PATIENCE, SOURCES, FakeServer, ServerTest
+from handloft import messages
+
+BOWL = [(0.01 * i, 0.01 * j, 0.4 * (0.01 * i) ** 2 + 0.3 * (0.01 * j) ** 2) for i in range(-4, 5) for j in range(-4, 5)]
+
+
+class OnAServer(ServerTest):
+    def setUp(self):
+        super().setUp()
+        self.serve()
+
+    def connect(self, **options):
+        model = handloft.connect(self.endpoint, timeout=PATIENCE, **options)
+        self.addCleanup(model.close)
+        return model
+
+    def test_a_shape_is_fitted_looked_at_and_exported(self):
+        model = self.connect()
+        bowl = model.dual_shape("bowl", name="Bowl", degree=2)
+        self.assertEqual(bowl.add_points(BOWL, pressure=0.5).entities, ["bowl"])
+        self.assertEqual(bowl.fit().sequence, 3)
+        surface = bowl.surface()
+        self.assertEqual(surface["degree"], 2)
+        self.assertLess(surface["residuals"]["rms_m"], 1e-12)
+        positions, pressures = bowl.points()
+        self.assertEqual([tuple(one) for one in positions], BOWL)  # to the last bit
+        self.assertEqual(set(pressures), {0.5})
+        model.export("bowl.step")
+        with open(os.path.join(self.folder, "bowl.step"), encoding="ascii") as file:
+            self.assertTrue(file.readline().startswith("ISO-10303-21"))
+
+    def test_numbers_may_be_arrays(self):
+        try:
+            import numpy
+        except ImportError:
+            self.skipTest("numpy is not installed")
+        model = self.connect()
+        shape = model.dual_shape()
+        shape.add_points(numpy.array(BOWL), pressure=numpy.linspace(0.1, 1.0, len(BOWL)))
+        positions, pressures = shape.points()
+        self.assertEqual(positions.shape, (81, 3))
+        self.assertEqual(pressures[-1], 1.0)
+
+    def test_a_refusal_names_field_and_code_and_changes_nothing(self):
+        model = self.connect()
+        before = model.hash()
+        for bad, code, field in (
+            (lambda: model.do("fit", entity="nobody"), "not_found", "fit.entity"),
+            (lambda: model.do("no_such_operation"), "invalid_argument", "operation"),
+            (lambda: model.do("rename", entity=3), "invalid_argument", "operation"),
+            (lambda: model.query("surface", entity="nobody"), "not_found", "surface.entity"),
+            (lambda: model.add_points("x", [(0, 0)]), "invalid_argument", "points[0]"),
+            (lambda: model.add_points("x", [(0, 0, 0)], pressure=[1, 1]), "invalid_argument", "pressure"),
+            (lambda: model.undo(), "failed_precondition", None),
+        ):
+            with self.assertRaises(handloft.Refused) as caught:
+                bad()
+            self.assertEqual(caught.exception.code, code)
+            if field is not None:
+                self.assertEqual(caught.exception.field, field)
+            self.assertTrue(caught.exception.message)
+        nan = float("nan")
+        model.dual_shape("x")
+        with self.assertRaises(handloft.Refused) as caught:
+            model.add_points("x", [(0, nan, 0)])
+        self.assertEqual(caught.exception.field, "add_points.points[0].position.y")
+        model.undo()
+        self.assertEqual(model.hash(), before)
+
+    def test_a_viewer_may_look_and_not_touch(self):
+        viewer = self.connect(role="viewer")
+        self.assertEqual(viewer.entities(), [])
+        with self.assertRaises(handloft.Refused) as caught:
+            viewer.dual_shape("x")
+        self.assertEqual(caught.exception.code, "permission_denied")
+
+    def test_watching_gives_the_whole_scene_and_then_what_changes(self):
+        model, viewer = self.connect(), self.connect(role="viewer")
+        bowl = model.dual_shape("bowl", degree=2)
+        changes = viewer.watch(timeout=PATIENCE)
+        first = next(changes)
+        self.assertTrue(first.whole)
+        self.assertEqual(list(first.scene.entities), ["bowl"])
+        bowl.add_points(BOWL, pressure=0.5)
+        bowl.fit()
+        for change in changes:
+            entity = change.scene.entity("bowl")
+            if entity.surface is not None:
+                break
+        self.assertFalse(change.whole)
+        self.assertEqual(len(entity.points), 81)
+        for found, laid in zip(entity.points, BOWL):
+            for a, b in zip(found, laid):
+                self.assertAlmostEqual(a, b, delta=1e-4)
+        # The mesh lies on the fitted surface, and its triangles look where the normals do.
+        vertices, normals, triangles = entity.surface.vertices, entity.surface.normals, entity.surface.triangles
+        self.assertGreater(len(triangles), 100)
+        for x, y, z in vertices[:: max(1, len(vertices) // 50)]:
+            self.assertAlmostEqual(z, 0.4 * x * x + 0.3 * y * y, delta=1e-4)
+        for a, b, c in triangles:
+            u = [vertices[b][i] - vertices[a][i] for i in range(3)]
+            v = [vertices[c][i] - vertices[a][i] for i in range(3)]
+            cross = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+            self.assertGreater(sum(cross[i] * normals[a][i] for i in range(3)), -1e-12)
+        bowl.delete()
+        for change in changes:
+            if "bowl" in change.removed:
+                break
+        self.assertEqual(change.scene.entities, {})
+        viewer.close()
+        self.assertEqual(list(changes), [])
+
+    def test_several_threads_may_use_one_model(self):
+        model = self.connect()
+        made = []
+
+        def work(number):
+            for i in range(20):
+                made.append(model.do("create_dual_shape", id="s-%d-%d" % (number, i)).sequence)
+
+        threads = [threading.Thread(target=work, args=(n,)) for n in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(sorted(made), list(range(1, 81)))
+        self.assertEqual(len(model.entities()), 80)
+
+    def test_over_tcp(self):
+        server = self.serve(endpoint="tcp:127.0.0.1:0")
+        with handloft.connect(server.endpoint, timeout=PATIENCE) as model:
+            self.assertEqual(model.entities(), [])
+
+    def test_nobody_listens(self):
+        with self.assertRaises(handloft.ConnectionLost):
+            handloft.connect("unix:" + os.path.join(self.folder, "nobody.sock"), timeout=1.0)
+        for bad in ("", "unix:", "tcp:host", "tcp:host:99999", "carrier:pigeon", "unix:" + 200 * "x"):
+            with self.assertRaises(ValueError):
+                handloft.Model(bad)
+
+
+class SameOperations(ServerTest):
+    """From a file, from standard input, over the socket by either client: one model."""
+
+    def test_file_standard_input_and_socket_give_equal_hashes(self):
+        design = os.path.join(SOURCES, "tests", "data", "scripts", "bicycle_saddle.jsonl")
+        ask = b'\n{"query": {"hash": {}}}\n'
+        with open(design, "rb") as file:
+            text = file.read() + ask
+        path = os.path.join(self.folder, "design.jsonl")
+        with open(path, "wb") as file:
+            file.write(text)
+
+        def hash_of(output):
+            lines = [json.loads(line) for line in output.splitlines()]
+            self.assertTrue(all(line["ok"] for line in lines), lines[-1])
+            return lines[-1]["result"]["hash"]["sha256"]
+
+        def run(words, given=None):
+            done = subprocess.run(words, input=given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=4 * PATIENCE)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            return hash_of(done.stdout)
+
+        there = ["--input-dir", self.folder, "--output-dir", self.folder]
+        hashes = {
+            "file": run([MODELD, "run", path, *there]),
+            "standard input": run([MODELD, "run", "-", *there], text),
+        }
+        python = [sys.executable, "-m", "handloft", "run"]
+        for name, words, given in (
+            ("socket", [MODELD, "run", path, *there], None),
+            ("standard input to socket", [MODELD, "run", "-", *there], text),
+            ("python, file", [*python, path], None),
+            ("python, standard input", [*python, "-"], text),
+        ):
+            server = self.serve()
+            hashes[name] = run([*words, "--connect", self.endpoint], given)
+            self.end(server)
+        self.assertEqual(len(set(hashes.values())), 1, hashes)
+
+    def test_the_examples_of_the_scripts_page_hold(self):
+        self.serve()
+        with open(os.path.join(SOURCES, "proto", "SCRIPT.md"), encoding="utf-8") as page:
+            blocks = page.read().split("```jsonl\n")[1:]
+        lines = "\n".join(block.split("```")[0] for block in blocks).encode().splitlines(keepends=True)
+        # What reads files is the server's and run's own affair.
+        lines = [line for line in lines if b'"path": "' not in line or b'"expect"' in line]
+        with handloft.connect(self.endpoint, timeout=PATIENCE) as model:
+            out = io.StringIO()
+            failed = script.run(lines[:60], out, model)
+        self.assertEqual(failed, [], out.getvalue().splitlines()[-1])
+        self.assertGreaterEqual(len(out.getvalue().splitlines()), 40)
+
+    def test_a_failing_line_ends_a_script_and_says_why(self):
+        self.serve()
+        text = b'# begins\n{"createDualShape": {"id": "a"}}\n{"fit": {"entity": "b"}}\n{"query": {"hash": {}}}\n'
+        command = [sys.executable, "-m", "handloft", "run", "-", "--connect", self.endpoint]
+        done = subprocess.run(command, input=text, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=PATIENCE)
+        self.assertEqual(done.returncode, 1)
+        answers = [json.loads(line) for line in done.stdout.splitlines()]
+        self.assertEqual([(one["line"], one["ok"]) for one in answers], [(2, True), (3, False)])
+        self.assertEqual(answers[1]["error"]["field"], "fit.entity")
+        self.assertIn(b"line 3", done.stderr)
+        going = subprocess.run([*command, "--keep-going"], input=b"{\n[]\n" + text, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, timeout=PATIENCE)
+        self.assertEqual(going.returncode, 1)
+        self.assertEqual([json.loads(line)["ok"] for line in going.stdout.splitlines()], [False] * 4 + [True])
+        nobody = subprocess.run([*command[:-1], "unix:/nowhere"], input=b"", stderr=subprocess.PIPE, timeout=PATIENCE)
+        self.assertEqual(nobody.returncode, 2)
+
+
+class Lost(ServerTest):
+    """Connections end; operations happen once (H3)."""
+
+    def test_what_was_not_answered_is_sent_again_as_the_same_operation(self):
+        seen = []
+
+        def behave(peer, number):
+            key = peer.welcome().client_key
+            submit = peer.receive().submit
+            seen.append((key, submit.operation.client_op_id))
+            if number < 2:
+                return  # cut off before the answer
+            answer = messages.Envelope()
+            answer.ack.request, answer.ack.sequence = submit.request, 5
+            peer.send(answer)
+            peer.until_end()
+
+        server = FakeServer(self.folder, behave)
+        self.addCleanup(server.close)
+        with handloft.connect(server.endpoint, timeout=PATIENCE) as model:
+            self.assertEqual(model.do("rename", entity="a", name="b").sequence, 5)
+        self.assertEqual(server.problems, [])
+        self.assertEqual(len(seen), 3)
+        self.assertEqual(len(set(seen)), 1)
+        key, operation = seen[0]
+        self.assertTrue(16 <= len(key) <= 64 and operation > 0)
+
+    def test_a_server_that_does_not_know_clients_again_is_not_asked_twice(self):
+        submits = []
+
+        def behave(peer, _):
+            peer.welcome(minor=1)
+            submits.append(peer.receive())
+
+        server = FakeServer(self.folder, behave)
+        self.addCleanup(server.close)
+        with handloft.connect(server.endpoint, timeout=PATIENCE) as model:
+            with self.assertRaises(handloft.ConnectionLost):
+                model.do("rename", entity="a", name="b")
+        self.assertEqual(len(submits), 1)
+
+    def test_answers_that_the_server_has_dropped_are_asked_for_again(self):
+        def behave(peer, _):
+            peer.welcome()
+            submits = []
+            while len(submits) < 2:
+                envelope = peer.receive()
+                kind = envelope.WhichOneof("body")
+                if kind == "join" or (kind == "submit" and not submits):
+                    scene = messages.Envelope()
+                    scene.snapshot.epoch = 1
+                    peer.send(scene)
+                if kind == "submit":
+                    submits.append(envelope.submit)
+            assert submits[0].operation == submits[1].operation
+            answer = messages.Envelope()
+            answer.ack.request, answer.ack.sequence = submits[1].request, 9
+            peer.send(answer)
+            peer.until_end()
+
+        server = FakeServer(self.folder, behave)
+        self.addCleanup(server.close)
+        with handloft.connect(server.endpoint, timeout=PATIENCE) as model:
+            next(model.watch(timeout=PATIENCE))
+            self.assertEqual(model.do("rename", entity="a", name="b").sequence, 9)
+        self.assertEqual(server.problems, [])
+
+    def test_a_watch_goes_on_with_a_server_that_has_come_again(self):
+        store = os.path.join(self.folder, "seat.handloft")
+        server = self.serve("--store", store)
+        with handloft.connect(self.endpoint, timeout=PATIENCE) as model:
+            model.dual_shape("before")
+            changes = model.watch(timeout=PATIENCE)
+            self.assertIn("before", next(changes).scene.entities)
+            server.kill()
+            server.wait()
+            self.serve("--store", store)
+            model.dual_shape("after")
+            for change in changes:
+                if set(change.scene.entities) == {"before", "after"}:
+                    break
+            self.assertEqual(set(change.scene.entities), {"before", "after"})
+
+    def test_without_reconnect_the_end_is_told(self):
+        server = self.serve()
+        with handloft.connect(self.endpoint, timeout=PATIENCE, reconnect=False) as model:
+            server.kill()
+            server.wait()
+            with self.assertRaises(handloft.ConnectionLost):
+                model.hash()
+
+
+if __name__ == "__main__":
+    unittest.main()
