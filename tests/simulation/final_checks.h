@@ -1,0 +1,21 @@
+#pragma once
+// What must be true when all has settled.
+
+#include "tests/simulation/judge.h"
+#include "tests/simulation/person.h"
+#include "tests/simulation/simulated_server.h"
+
+namespace handloft::simulation {
+
+/// C1: a client has what somebody would get who came now, to what the wire rounds.
+void check_mirror(const Person& person, const stream::Scene& scene, Judge& judge);
+
+struct LogFigures {
+  std::uint64_t records = 0;
+};
+/// D1, H3: every operation that was acknowledged is in the log once, at its place, in its client's order;
+/// nothing that was refused is. D6: the log, replayed, gives the document that is served. Afterwards the
+/// server must not be used.
+LogFigures check_log(SimulatedServer& server, Judge& judge);
+
+}  // namespace handloft::simulation

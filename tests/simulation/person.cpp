@@ -1,0 +1,240 @@
+#include "tests/simulation/person.h"
+
+#include <utility>
+
+#include "common/base/result.h"
+
+namespace handloft::simulation {
+namespace {
+
+constexpr std::uint64_t op_shift = 32;  ///< Of the person's number in its operations' numbers.
+constexpr double reconnect_after_s = 0.5;
+constexpr double watch_every_s = 1.0;
+
+std::string new_key(std::uint64_t person, std::uint64_t count) {
+  std::string key(32, '\0');
+  for (std::size_t i = 0; i < 8; ++i) {
+    key[i] = static_cast<char>(person >> (8 * i));
+    key[8 + i] = static_cast<char>(count >> (8 * i));
+  }
+  return key;
+}
+
+}  // namespace
+
+Person::Person(Timeline& timeline, PersonOptions options, Connect connect, Judge& judge)
+    : timeline_(timeline),
+      options_(std::move(options)),
+      connect_(std::move(connect)),
+      judge_(judge),
+      key_(new_key(options_.number, 0)) {}
+
+void Person::begin() {
+  connect_soon();
+  work_later();
+  watch();
+}
+
+void Person::connect_soon() {
+  if (std::exchange(connecting_, true)) return;
+  timeline_.after(timeline_.random().unit() * reconnect_after_s, [this] {
+    connecting_ = false;
+    connect();
+  });
+}
+
+void Person::connect() {
+  if (link_) return;
+  if (options_.key == PersonOptions::Key::forgotten) key_ = new_key(options_.number, ++keys_);
+  v1::Hello hello;
+  hello.set_role(options_.role);
+  hello.set_name("person " + std::to_string(options_.number));
+  hello.set_client_key(key_);
+  const std::uint64_t life = ++life_;
+  ClientEnd end;
+  end.on_message = [this, life](const v1::Envelope& envelope) {
+    if (life == life_) read(envelope);
+  };
+  end.on_lost = [this, life] {
+    if (life == life_) lost();
+  };
+  heard_ = timeline_.now();
+  link_ = connect_(hello, std::move(end));
+  if (!link_) connect_soon();
+}
+
+void Person::lost() {
+  ++life_;
+  link_ = nullptr;
+  joined_ = false;
+  for (Unanswered& one : unanswered_) one.request = 0;
+  connect_soon();
+}
+
+void Person::lose_connection() {
+  if (!link_) return;
+  // The server may believe in it for long after the client has come again.
+  link_->client_leaves(timeline_.random().between(0, 20));
+  lost();
+}
+
+void Person::crash() {
+  lose_connection();
+  unanswered_.clear();
+  mirror_ = std::make_unique<client::SceneMirror>();
+  surface_ids_.clear();
+}
+
+void Person::stall(double seconds) {
+  if (!link_) return;
+  link_->client_stalls();
+  timeline_.after(seconds, [link = link_] { link->client_reads(); });
+}
+
+void Person::wave(int times) {
+  if (!connected()) return;
+  for (int i = 0; i < times; ++i) {
+    v1::Envelope envelope;
+    v1::Presence& presence = *envelope.mutable_presence();
+    presence.mutable_head()->mutable_world_from_head()->mutable_position()->set_x(timeline_.random().unit());
+    if (!link_->client_send(envelope)) return;
+  }
+}
+
+void Person::join() {
+  v1::Envelope envelope;
+  v1::Join& request = *envelope.mutable_join();
+  const auto scene = mirror_->scene();
+  request.set_epoch(scene->epoch);
+  for (const auto& [id, entity] : scene->entities) {
+    v1::HeldEntity& have = *request.add_have();
+    have.set_id(id);
+    have.set_revision(entity->revision);
+    have.set_points(entity->points ? static_cast<std::uint32_t>(entity->points->points.size()) : 0);
+    const auto surface = surface_ids_.find(id);
+    if (entity->surface && surface != surface_ids_.end()) have.set_surface_id(surface->second);
+  }
+  (void)link_->client_send(envelope);
+  ++statistics_.joins;
+}
+
+void Person::check(const Status& applied, const char* what) {
+  if (!applied) judge_.complain(words() + " cannot read a " + what + ": " + applied.error().describe());
+}
+
+void Person::read(const v1::Envelope& envelope) {
+  heard_ = timeline_.now();
+  trace_ = (trace_ ^ envelope.ByteSizeLong()) * 0x100000001b3U + static_cast<std::uint64_t>(to_ns(heard_));
+  const auto keep_surfaces = [this](const auto& states) {
+    for (const v1::EntityState& state : states) {
+      if (state.has_surface()) surface_ids_[state.id()] = state.surface_id();
+      if (!state.surface_shown()) surface_ids_.erase(state.id());
+    }
+  };
+  switch (envelope.body_case()) {
+    case v1::Envelope::kWelcome:
+      client_id_ = envelope.welcome().client_id();
+      join();
+      break;
+    case v1::Envelope::kSnapshot: {
+      surface_ids_.clear();
+      check(mirror_->apply(envelope.snapshot()), "snapshot");
+      keep_surfaces(envelope.snapshot().entities());
+      if (!std::exchange(joined_, true)) send_waiting();
+      break;
+    }
+    case v1::Envelope::kDelta: {
+      const std::uint64_t before = mirror_->scene()->sequence;
+      check(mirror_->apply(envelope.delta()), "delta");
+      if (envelope.delta().sequence() < before) judge_.complain(words() + " saw the order go back");
+      keep_surfaces(envelope.delta().changed());
+      if (!std::exchange(joined_, true)) {
+        ++statistics_.resumed;
+        send_waiting();
+      }
+      break;
+    }
+    case v1::Envelope::kAck:
+      read_ack(envelope.ack());
+      break;
+    case v1::Envelope::kFailure:
+      if (envelope.failure().closing() && envelope.failure().code() == "invalid_argument") {
+        judge_.complain(words() + " is sent away: " + envelope.failure().message());
+      }
+      break;
+    default:
+      break;
+  }
+}
+
+void Person::read_ack(const v1::Ack& ack) {
+  for (auto one = unanswered_.begin(); one != unanswered_.end(); ++one) {
+    if (one->request != ack.request()) continue;
+    const std::uint64_t op = one->operation.client_op_id();
+    if (!ack.has_failure()) {
+      judge_.acknowledged(op, ack.sequence());
+    } else if (ack.failure().message().find("could not be saved") != std::string::npos) {
+      judge_.unsaved(op);
+    } else {
+      judge_.refused(op);
+    }
+    unanswered_.erase(one);
+    return;
+  }
+  judge_.complain(words() + " is answered what it did not ask");
+}
+
+void Person::send_waiting() {
+  if (!connected()) return;
+  for (Unanswered& one : unanswered_) {
+    if (one.request != 0) continue;
+    v1::Envelope envelope;
+    envelope.mutable_submit()->set_request(++last_request_);
+    *envelope.mutable_submit()->mutable_operation() = one.operation;
+    if (!link_->client_send(envelope)) return;  // watch() tries again.
+    if (one.since != TimePoint{}) ++statistics_.sent_again;
+    one.request = last_request_;
+    one.since = timeline_.now();
+    judge_.sent(one.operation.client_op_id());
+  }
+}
+
+void Person::work() {
+  if (!working_ || !connected() || options_.role == v1::ROLE_VIEWER ||
+      unanswered_.size() >= options_.most_unanswered) {
+    return;
+  }
+  v1::Operation operation = random_operation(*mirror_->scene(), timeline_.random(), options_.mix);
+  operation.set_client_op_id(((options_.number + 1) << op_shift) + ++last_op_);
+  unanswered_.push_back({std::move(operation), 0, TimePoint{}});
+  ++statistics_.operations;
+  send_waiting();
+}
+
+void Person::work_later() {
+  timeline_.after(timeline_.random().between(0, 2 * options_.mean_pause_s), [this] {
+    work();
+    work_later();
+  });
+}
+
+void Person::watch() {
+  timeline_.after(watch_every_s, [this] {
+    send_waiting();
+    const bool owed = link_ && (!joined_ || !unanswered_.empty());
+    const TimePoint waits_since = unanswered_.empty() || !joined_ ? heard_ : unanswered_.front().since;
+    if (owed && timeline_.now() - waits_since > from_seconds(options_.patience_s)) {
+      ++statistics_.gave_up;
+      lose_connection();
+    }
+    watch();
+  });
+}
+
+std::string Person::words() const {
+  return "person " + std::to_string(options_.number) + " at " + std::to_string(timeline_.seconds()) + " s (" +
+         (link_ ? joined_ ? "joined" : "connected" : "away") + ", " + std::to_string(unanswered_.size()) +
+         " unanswered, sequence " + std::to_string(mirror_->scene()->sequence) + ")";
+}
+
+}  // namespace handloft::simulation

@@ -1,0 +1,46 @@
+#pragma once
+// One run of the simulation: a server, people, and everything that goes wrong, all decided by one seed. At
+// the end the faults end, all settles, and what is there is held against what was promised (S1, D1, D6, H3,
+// C1).
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/simulation/person.h"
+#include "tests/simulation/simulated_server.h"
+
+namespace handloft::simulation {
+
+struct WorldOptions {
+  std::size_t people = 5;
+  double lasts_s = 12;
+  /// How often a second, for all together.
+  double connections_cut = 0.4;
+  double people_crash = 0.1;
+  double stalls = 0.2;
+  double waves = 0.5;
+  double server_dies = 0.12;
+  double server_stops = 0.03;
+  double disk_breaks = 0.03;
+  /// People come one after another within the first so many seconds.
+  double all_there_after_s = 4;
+  SimulatedServerOptions server;
+  PersonOptions person;
+};
+
+struct WorldOutcome {
+  std::vector<std::string> complaints;  ///< Empty: all is as it must be.
+  std::uint64_t trace = 0;              ///< Of all that all were told: equal for equal seeds.
+  double simulated_s = 0;
+  std::uint64_t operations = 0, in_log = 0, durable = 0, refused = 0;
+  std::uint64_t sent_again = 0, joins = 0, resumed = 0, gave_up = 0, restarts = 0;
+  std::size_t most_waiting = 0, most_queued_bytes = 0;
+};
+
+WorldOutcome run_world(std::uint64_t seed, const WorldOptions& options = {});
+
+/// As many faults as the seed likes.
+WorldOptions random_options(std::uint64_t seed);
+
+}  // namespace handloft::simulation
