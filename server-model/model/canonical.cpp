@@ -9,6 +9,7 @@
 #include <memory>
 #include <string_view>
 
+#include "server-model/model/annotations.h"
 #include "server-model/model/cad_model.h"
 #include "server-model/model/reference_shape.h"
 #include "server-model/model/sculpt_shape.h"
@@ -239,6 +240,41 @@ void write_entity(Writer& out, const EntityPtr& entity) {
   }
 }
 
+void write_versions(Writer& out, const Document& document) {
+  out.text("versions");
+  out.u64(document.versions->size());
+  for (const auto& [name, version] : *document.versions) {
+    out.text(name);
+    out.text(version->note);
+    out.text(version->author);
+    out.i64(version->made_ns);
+    out.text(version->alternative);
+    out.u64(version->sequence);
+    out.text(version->parent);
+    out.text(version->digest);
+  }
+  for (const Alternative& alternative : *document.alternatives) out.text(alternative.version);
+}
+
+void write_comments(Writer& out, const Document& document) {
+  out.text("comments");
+  out.u64(document.next_comment);
+  out.u64(document.comments->size());
+  for (const auto& [id, comment] : *document.comments) {
+    out.text(id);
+    out.text(comment->text);
+    out.text(comment->entity);
+    out.vector(place_now(document, *comment));
+    out.text(comment->reply_to);
+    out.u8(comment->resolved ? 1 : 0);
+    out.text(comment->author);
+    out.u64(comment->client_id);
+    out.i64(comment->made_ns);
+    out.i64(comment->changed_ns);
+    out.u64(comment->number);
+  }
+}
+
 void write_document(const Document& document, Writer::Sink sink) {
   constexpr std::uint32_t version = 1;
   Writer out(std::move(sink));
@@ -258,10 +294,29 @@ void write_document(const Document& document, Writer::Sink sink) {
     out.u64(alternative.entities->size());
     for (const auto& [id, entity] : *alternative.entities) write_entity(out, entity);
   }
+  // Behind all else and only where there are any: documents from before have the hash that they had.
+  if (!document.versions->empty()) write_versions(out, document);
+  if (document.next_comment != 1) write_comments(out, document);
   out.flush();
 }
 
 }  // namespace
+
+std::string EntityDigests::of(const Entities& entities) {
+  ContentHash all;
+  for (const auto& [id, entity] : entities) {
+    auto found = seen_.find(entity.get());
+    if (found == seen_.end()) {
+      ContentHash one;
+      Writer out([&](std::string_view block) { one.add(block); });
+      write_entity(out, entity);
+      out.flush();
+      found = seen_.emplace(entity.get(), one.finish()).first;
+    }
+    all.add(as_bytes(found->second));
+  }
+  return to_hex(as_bytes(all.finish()));
+}
 
 std::string canonical_bytes(const Document& document) {
   std::string bytes;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "server-model/model/operations/operations.h"
 #include "server-model/model/reference_shape.h"
@@ -126,25 +127,34 @@ void describe(const EntityPtr& present, const EntityPtr& other, v1::EntityDiffer
 
 }  // namespace
 
+std::vector<v1::EntityDifference> compare_entities(const Entities& now, const Entities& then) {
+  std::vector<v1::EntityDifference> differences;
+  Document here, there;
+  here.entities = now;
+  there.entities = then;
+  for (const std::string& id : difference(there, here).all()) {
+    v1::EntityDifference& each = differences.emplace_back();
+    each.set_entity(id);
+    const EntityPtr is = here.find(id);
+    const EntityPtr was = there.find(id);
+    if (is && was) {
+      describe(is, was, each);
+    } else {
+      each.set_words(is ? "added" : "removed");
+    }
+  }
+  return differences;
+}
+
 Result<v1::QueryResult> compare(const v1::CompareQuery& query, const Document& document) {
   const auto which = require_alternative(document, query.alternative(), "compare.alternative");
   if (!which) return which.error();
   v1::QueryResult result;
   v1::CompareResult& out = *result.mutable_compare();
   if (*which == document.present) return result;
-  Document other;
-  other.entities = *(*document.alternatives)[*which].entities;
-  const Changes changes = difference(other, document);
-  for (const std::string& id : changes.all()) {
-    v1::EntityDifference& each = *out.add_differences();
-    each.set_entity(id);
-    const EntityPtr here = document.find(id);
-    const EntityPtr there = other.find(id);
-    if (here && there) {
-      describe(here, there, each);
-    } else {
-      each.set_words(here ? "added" : "removed");
-    }
+  for (v1::EntityDifference& each :
+       compare_entities(document.entities, *(*document.alternatives)[*which].entities)) {
+    *out.add_differences() = std::move(each);
   }
   return result;
 }

@@ -2,6 +2,8 @@
 // What differs between two alternatives of a design (A28): which entities were added, removed or changed, and
 // by how much.
 
+#include <vector>
+
 #include "common/base/result.h"
 #include "proto/query.pb.h"
 #include "server-model/model/document.h"
@@ -13,5 +15,8 @@ namespace handloft::model {
 /// present one's frame, from a grid over its footprint; where the other surface is not met along it, the
 /// place is left out. Errors: not_found for an unknown alternative.
 Result<handloft::v1::QueryResult> compare(const handloft::v1::CompareQuery& query, const Document& document);
+
+/// The same of what two documents hold: `now` has it, `then` has not ("added") and so on.
+std::vector<handloft::v1::EntityDifference> compare_entities(const Entities& now, const Entities& then);
 
 }  // namespace handloft::model

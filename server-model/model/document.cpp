@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server-model/model/annotations.h"
 #include "server-model/model/operations/operations.h"
 
 namespace handloft::model {
@@ -24,6 +25,8 @@ std::vector<std::string> Changes::all() const {
 Changes difference(const Document& before, const Document& after) {
   Changes changes;
   changes.alternatives = before.present != after.present || before.alternatives != after.alternatives;
+  changes.versions = before.versions != after.versions && *before.versions != *after.versions;
+  changes.comments = before.comments != after.comments && *before.comments != *after.comments;
   auto a = before.entities.begin();
   auto b = after.entities.begin();
   while (a != before.entities.end() || b != after.entities.end()) {
@@ -115,21 +118,44 @@ Result<Outcome> dispatch(const Document& document, const v1::Operation& operatio
       return refine_surface(document, operation.refine_surface(), context);
     case v1::Operation::kImportModel:
       return import_model(document, operation.import_model(), context);
+    case v1::Operation::kNameVersion:
+      return name_version(document, operation, context);
+    case v1::Operation::kRestoreVersion:
+      return restore_version(document, operation.restore_version(), context);
+    case v1::Operation::kDeleteVersion:
+      return delete_version(document, operation.delete_version(), context);
+    case v1::Operation::kAddComment:
+      return add_comment(document, operation, context);
+    case v1::Operation::kChangeComment:
+      return change_comment(document, operation, context);
+    case v1::Operation::kDeleteComment:
+      return delete_comment(document, operation.delete_comment(), context);
     case v1::Operation::kUndo:
     case v1::Operation::kRedo:
       return not_for_a_document("undo and redo belong to a model's history");
     case v1::Operation::kExport:
       return not_for_a_document("an export changes no document");
-    case v1::Operation::kNameVersion:
-    case v1::Operation::kRestoreVersion:
-    case v1::Operation::kDeleteVersion:
-    case v1::Operation::kAddComment:
-    case v1::Operation::kChangeComment:
-    case v1::Operation::kDeleteComment:
     case v1::Operation::BODY_NOT_SET:
       break;
   }
   return make_error(ErrorCode::invalid_argument, "found no operation that this build knows, expected one");
+}
+
+/// Comments on what is gone stay at its last place. What is only in another alternative than the one that is
+/// worked on now is not gone.
+void leave_comments(const Document& before, const Changes& changes, Document& after) {
+  if (changes.removed.empty() || after.comments->empty() ||
+      before.present_alternative() != after.present_alternative())
+    return;
+  std::shared_ptr<Comments> comments;
+  for (const auto& [id, comment] : *after.comments) {
+    if (!std::binary_search(changes.removed.begin(), changes.removed.end(), comment->entity)) continue;
+    const CommentPtr left = pinned_now(before, comment);
+    if (left == comment) continue;
+    if (!comments) comments = std::make_shared<Comments>(*after.comments);
+    comments->insert_or_assign(id, left);
+  }
+  if (comments) after.comments = std::move(comments);
 }
 
 }  // namespace
@@ -141,9 +167,13 @@ Result<ApplyResult> apply(const Document& document, const v1::Operation& operati
   ApplyResult result;
   result.document = std::move(outcome->document);
   result.changes = difference(document, result.document);
+  leave_comments(document, result.changes, result.document);
+  result.changes.comments = *document.comments != *result.document.comments;
   result.effective = std::move(outcome->effective);
   result.effective.set_client_id(operation.client_id());
   result.effective.set_client_op_id(operation.client_op_id());
+  result.effective.set_author(operation.author());
+  result.effective.set_made_ns(operation.made_ns());
   result.words = std::move(outcome->words);
   result.notes = std::move(outcome->notes);
   return result;

@@ -14,18 +14,21 @@
 #include "common/base/result.h"
 #include "proto/operation.pb.h"
 #include "server-model/geometry/propagation.h"
+#include "server-model/model/comment.h"
 #include "server-model/model/dual_shape.h"
 #include "server-model/model/entity.h"
 #include "server-model/model/limits.h"
+#include "server-model/model/version.h"
 
 namespace handloft::model {
 
 /// A named design among several (A28).
 struct Alternative {
-  using Entities = std::map<std::string, EntityPtr, std::less<>>;
+  using Entities = model::Entities;
 
   std::string name;
   std::shared_ptr<const Entities> entities;  ///< Null for the present one, whose are Document::entities.
+  std::string version{};  ///< The version that it was named as, restored to or begun from last; empty: none.
 };
 using Alternatives = std::vector<Alternative>;
 
@@ -45,6 +48,9 @@ struct Document {
   std::shared_ptr<const Alternatives> alternatives = std::make_shared<const Alternatives>(
       Alternatives{Alternative{std::string(first_alternative), nullptr}});
   std::size_t present = 0;  ///< Index of the alternative that is worked on.
+  std::shared_ptr<const Versions> versions = std::make_shared<const Versions>();  ///< By name (U6).
+  std::shared_ptr<const Comments> comments = std::make_shared<const Comments>();  ///< By id (U6).
+  std::uint64_t next_comment = 1;  ///< More than the number of every comment.
 
   const std::string& present_alternative() const { return (*alternatives)[present].name; }
 
@@ -57,8 +63,12 @@ struct Document {
 /// What differs between two documents, by identity of the entities: ids in ascending order.
 struct Changes {
   std::vector<std::string> created, changed, removed;
-  bool alternatives = false;  ///< Which there are, or which is the present one.
-  bool empty() const { return created.empty() && changed.empty() && removed.empty() && !alternatives; }
+  bool alternatives = false;  ///< Which there are, at which version, or which is the present one.
+  bool versions = false;      ///< Named ones (U6).
+  bool comments = false;
+  bool empty() const {
+    return created.empty() && changed.empty() && removed.empty() && !alternatives && !versions && !comments;
+  }
   /// Created, changed and removed together, ascending.
   std::vector<std::string> all() const;
 };
@@ -77,6 +87,8 @@ struct ApplyContext {
   geometry::ParallelFor parallel = geometry::run_in_turn;
   /// Kept between operations, so that a drag never factorises; no result depends on it. Null: made each time.
   std::shared_ptr<SculptSolvers> sculpt_solvers;
+  /// That the operation gets in the order of all, for the version that it names; 0: there is no order.
+  std::uint64_t sequence = 0;
 };
 
 struct ApplyResult {

@@ -3,12 +3,15 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "proto/storage.pb.h"
 #include "server-model/model/bspline_message.h"
 #include "server-model/model/cad_model.h"
+#include "server-model/model/canonical.h"
 #include "server-model/model/content_hash.h"
 #include "server-model/model/document_codec.h"
 #include "server-model/model/reference_shape.h"
@@ -24,7 +27,7 @@ using geometry::Vec2;
 using geometry::Vec3;
 using PointBlock = PointCloud::Block;
 
-constexpr std::uint32_t newest_version = 1;
+constexpr std::uint32_t newest_version = 2;
 
 Error damaged(std::string message, std::string field) {
   return make_error(ErrorCode::data_corrupt, std::move(message), std::move(field));
@@ -203,23 +206,10 @@ class Decoder {
       if (auto status = put(set.entities(), *entities); !status) return status.error();
       sets_.push_back(std::move(entities));
     }
-    auto base = read_document(Document(), message_.base());
-    if (!base) return base.error();
-    if (message_.position() > static_cast<std::uint64_t>(message_.steps_size())) {
-      return damaged(fmt::format("found {} of {} steps applied", message_.position(), message_.steps_size()),
-                     "position");
-    }
-    std::vector<History::StepPtr> steps;
-    steps.reserve(static_cast<std::size_t>(message_.steps_size()));
-    for (const v1::StoredStep& step : message_.steps()) {
-      auto after = read_document(steps.empty() ? *base : steps.back()->after, step.after());
-      if (!after) return after.error();
-      steps.push_back(std::make_shared<const History::Step>(
-          History::Step{*std::move(after), step.words(), step.client_id(), step.client_op_id()}));
-    }
-    return StoredState{History(*std::move(base), std::move(steps),
-                               static_cast<std::size_t>(message_.position()), max_history_steps),
-                       message_.sequence()};
+    if (auto status = read_annotations(); !status) return status.error();
+    auto history = message_.version() == 1 ? read_line(max_history_steps) : read_lines(max_history_steps);
+    if (!history) return history.error();
+    return StoredState{*std::move(history), message_.sequence()};
   }
 
  private:
@@ -256,6 +246,11 @@ class Decoder {
       if (!status) return status.error();
       entity->id = message.id();
       entity->name = message.name();
+      if (message.has_motion()) {
+        auto motion = read_motion(message.motion());
+        if (!motion) return motion.error();
+        entity->motion = *std::move(motion);
+      }
       return EntityPtr(std::move(entity));
     };
     switch (message.kind_case()) {
@@ -410,6 +405,171 @@ class Decoder {
     return {};
   }
 
+  /// Version 1: steps as documents, one after the other, of which the first ones are applied.
+  Result<History> read_line(std::size_t max_history_steps) {
+    auto base = read_document(Document(), message_.base());
+    if (!base) return base.error();
+    if (message_.position() > static_cast<std::uint64_t>(message_.steps_size())) {
+      return damaged(fmt::format("found {} of {} steps applied", message_.position(), message_.steps_size()),
+                     "position");
+    }
+    // One after the other as they were made, each line of a client for itself.
+    std::vector<History::Entry> entries;
+    Document document = *std::move(base);
+    Document current = document;
+    for (int i = 0; i < message_.steps_size(); ++i) {
+      const v1::StoredStep& step = message_.steps(i);
+      auto after = read_document(document, step.after());
+      if (!after) return after.error();
+      const bool undone = static_cast<std::uint64_t>(i) >= message_.position();
+      entries.push_back({std::make_shared<const History::Step>(
+                             History::Step{delta_between(document, *after), read_info(step)}),
+                         undone});
+      document = *std::move(after);
+      if (!undone) current = document;
+    }
+    return History(std::move(current), std::move(entries), max_history_steps);
+  }
+
+  Result<History> read_lines(std::size_t max_history_steps) {
+    auto current = read_document(Document(), message_.current());
+    if (!current) return current.error();
+    std::vector<History::Entry> entries;
+    std::set<std::uint64_t> taken_back;
+    for (const v1::StoredStep& step : message_.steps()) {
+      auto delta = read_delta(step.delta());
+      if (!delta) return delta.error();
+      if (step.undone()) taken_back.insert(step.client_id());
+      if (!step.undone() && taken_back.contains(step.client_id())) {
+        return damaged(
+            fmt::format("found step {} behind one of its client that is taken back", entries.size()),
+            "steps");
+      }
+      entries.push_back(
+          {std::make_shared<const History::Step>(History::Step{*std::move(delta), read_info(step)}),
+           step.undone()});
+    }
+    return History(*std::move(current), std::move(entries), max_history_steps);
+  }
+
+  static StepInfo read_info(const v1::StoredStep& step) {
+    return {step.words(),  step.client_id(), step.client_op_id(),
+            step.author(), step.made_ns(),   step.sequence()};
+  }
+
+  Status read_annotations() {
+    EntityDigests digests;
+    for (const v1::StoredVersion& message : message_.versions()) {
+      if (message.set() >= sets_.size())
+        return damaged(fmt::format("found set {} of {}", message.set(), sets_.size()), "versions.set");
+      auto version = std::make_shared<Version>();
+      version->name = message.name();
+      version->note = message.note();
+      version->author = message.author();
+      version->made_ns = message.made_ns();
+      version->alternative = message.alternative();
+      version->sequence = message.sequence();
+      version->parent = message.parent();
+      version->entities = sets_[message.set()];
+      version->digest = digests.of(*version->entities);
+      versions_.push_back(std::move(version));
+    }
+    for (const v1::StoredComment& message : message_.comments()) {
+      auto comment = std::make_shared<Comment>();
+      comment->id = message.id();
+      comment->text = message.text();
+      comment->entity = message.entity();
+      comment->place = vector_of(message.place());
+      if (!comment->place.allFinite()) return damaged("found a place that is not finite", "comments.place");
+      if (message.has_motion()) {
+        auto motion = read_motion(message.motion());
+        if (!motion) return motion.error();
+        comment->motion = *std::move(motion);
+      }
+      comment->reply_to = message.reply_to();
+      comment->resolved = message.resolved();
+      comment->author = message.author();
+      comment->client_id = message.client_id();
+      comment->made_ns = message.made_ns();
+      comment->changed_ns = message.changed_ns();
+      comment->number = message.number();
+      comments_.push_back(std::move(comment));
+    }
+    return {};
+  }
+
+  static Result<std::shared_ptr<const Similarity>> read_motion(const v1::StoredMotion& message) {
+    Similarity motion;
+    motion.scale = message.scale();
+    motion.rotation = Eigen::Quaterniond(message.rotation().w(), message.rotation().x(),
+                                         message.rotation().y(), message.rotation().z());
+    motion.shift = vector_of(message.shift());
+    if (!motion.finite() || !motion.inverse().finite())
+      return damaged("found a motion that is not finite", "motion");
+    return std::make_shared<const Similarity>(motion);
+  }
+
+  static const std::string& id_of(const Entity& entity) { return entity.id; }
+  static const std::string& id_of(const Version& version) { return version.name; }
+  static const std::string& id_of(const Comment& comment) { return comment.id; }
+
+  template <typename Value>
+  static Status read_changes(const google::protobuf::RepeatedPtrField<v1::StoredChange>& messages,
+                             const std::vector<Value>& known, const char* field,
+                             std::vector<StepDelta::Change<Value>>& to) {
+    const auto value = [&](bool there, std::uint32_t place, const std::string& id, Value& out) -> Status {
+      if (!there) return {};
+      if (place >= known.size()) return damaged(fmt::format("found {} of {}", place, known.size()), field);
+      if (id_of(*known[place]) != id) return damaged("found a change of another one", field);
+      out = known[place];
+      return {};
+    };
+    for (const v1::StoredChange& message : messages) {
+      if (!message.has_before() && !message.has_after()) return damaged("found a change of nothing", field);
+      if (!to.empty() && !(to.back().id < message.id())) return damaged("found ids out of order", field);
+      auto& change = to.emplace_back();
+      change.id = message.id();
+      if (auto status = value(message.has_before(), message.before(), change.id, change.before); !status)
+        return status;
+      if (auto status = value(message.has_after(), message.after(), change.id, change.after); !status)
+        return status;
+    }
+    return {};
+  }
+
+  Status read_wholes(const google::protobuf::RepeatedPtrField<v1::StoredWhole>& messages,
+                     std::vector<StepDelta::Whole>& to) const {
+    for (const v1::StoredWhole& message : messages) {
+      if (message.set() >= sets_.size())
+        return damaged(fmt::format("found set {} of {}", message.set(), sets_.size()), "delta.set");
+      to.push_back({static_cast<std::size_t>(message.place()),
+                    {message.name(), sets_[message.set()], message.version()}});
+    }
+    return {};
+  }
+
+  Result<StepDelta> read_delta(const v1::StoredDelta& message) const {
+    StepDelta delta;
+    delta.alternative = message.alternative();
+    for (const Status& status :
+         {read_changes(message.entities(), entities_, "delta.entities", delta.entities),
+          read_changes(message.versions(), versions_, "delta.versions", delta.versions),
+          read_changes(message.comments(), comments_, "delta.comments", delta.comments),
+          read_wholes(message.made(), delta.made), read_wholes(message.deleted(), delta.deleted)}) {
+      if (!status) return status.error();
+    }
+    delta.present_before = message.present_before();
+    delta.present_after = message.present_after();
+    for (const v1::StoredAt& at : message.at())
+      delta.at.push_back({at.alternative(), at.before(), at.after()});
+    delta.ids.assign(message.ids().begin(), message.ids().end());
+    delta.next_shape_before = message.next_shape_before();
+    delta.next_shape_after = message.next_shape_after();
+    delta.next_comment_before = message.next_comment_before();
+    delta.next_comment_after = message.next_comment_after();
+    return delta;
+  }
+
   Result<Document> read_document(const Document& before, const v1::StoredDocument& message) {
     Document document = before;
     if (auto status = put(message.entities(), document.entities); !status) return status.error();
@@ -427,17 +587,49 @@ class Decoder {
       for (const v1::StoredAlternative& alternative : message.alternatives()) {
         if (alternative.has_set() && alternative.set() >= sets_.size())
           return damaged(fmt::format("found set {} of {}", alternative.set(), sets_.size()), "alternatives");
-        alternatives->push_back(
-            {alternative.name(), alternative.has_set() ? sets_[alternative.set()] : nullptr});
+        alternatives->push_back({alternative.name(),
+                                 alternative.has_set() ? sets_[alternative.set()] : nullptr,
+                                 alternative.version()});
       }
       document.alternatives = std::move(alternatives);
     }
-    if (document.present >= document.alternatives->size()) {
-      return damaged(
-          fmt::format("found {} of {} alternatives", document.present, document.alternatives->size()),
-          "present");
-    }
+    if (auto status = check_alternatives(document); !status) return status.error();
+    if (message.next_comment() != 0) document.next_comment = message.next_comment();
+    if (auto status = put_all(message.versions(), versions_, "versions", document.versions); !status)
+      return status.error();
+    if (auto status = put_all(message.comments(), comments_, "comments", document.comments); !status)
+      return status.error();
     return document;
+  }
+
+  /// One is worked on, and all others know what they hold.
+  static Status check_alternatives(const Document& document) {
+    const Alternatives& alternatives = *document.alternatives;
+    if (document.present >= alternatives.size()) {
+      return damaged(fmt::format("found {} of {} alternatives", document.present, alternatives.size()),
+                     "present");
+    }
+    std::set<std::string_view> names;
+    for (std::size_t i = 0; i < alternatives.size(); ++i) {
+      if ((i == document.present) != (alternatives[i].entities == nullptr))
+        return damaged("found an alternative without what it holds", "alternatives");
+      if (!names.insert(alternatives[i].name).second)
+        return damaged("found two alternatives of one name", "alternatives");
+    }
+    return {};
+  }
+
+  template <typename Value, typename Map>
+  static Status put_all(const google::protobuf::RepeatedField<std::uint32_t>& places,
+                        const std::vector<Value>& known, const char* field, std::shared_ptr<const Map>& to) {
+    if (places.empty()) return {};
+    auto map = std::make_shared<Map>();
+    for (const std::uint32_t place : places) {
+      if (place >= known.size()) return damaged(fmt::format("found {} of {}", place, known.size()), field);
+      map->insert_or_assign(id_of(*known[place]), known[place]);
+    }
+    to = std::move(map);
+    return {};
   }
 
   template <typename... T>
@@ -450,6 +642,8 @@ class Decoder {
       made_;
   std::vector<EntityPtr> entities_;
   std::vector<std::shared_ptr<const Document::Entities>> sets_;
+  std::vector<VersionPtr> versions_;
+  std::vector<CommentPtr> comments_;
 };
 
 }  // namespace

@@ -22,7 +22,7 @@ namespace {
 
 using geometry::Vec3;
 
-constexpr std::uint32_t stored_version = 1;
+constexpr std::uint32_t stored_version = 2;
 
 template <typename Numbers>
 void add_vector(const Vec3& vector, Numbers& numbers) {
@@ -48,6 +48,15 @@ v1::TriangleMesh mesh_message(const ReferenceMesh& mesh) {
   for (const auto& triangle : mesh.triangles)
     message.mutable_indices()->Add(triangle.begin(), triangle.end());
   return message;
+}
+
+void write_motion(const Similarity& motion, v1::StoredMotion& to) {
+  to.set_scale(motion.scale);
+  to.mutable_rotation()->set_w(motion.rotation.w());
+  to.mutable_rotation()->set_x(motion.rotation.x());
+  to.mutable_rotation()->set_y(motion.rotation.y());
+  to.mutable_rotation()->set_z(motion.rotation.z());
+  write_vector(motion.shift, *to.mutable_shift());
 }
 
 v1::StoredFit fit_message(const FittedSurface& fit) {
@@ -97,28 +106,30 @@ class Encoder {
 
   Result<std::string> encode(const StoredState& state) {
     const History& history = state.history;
-    const auto& steps = history.steps();
-    const std::size_t position = history.undo_steps();
-    const std::size_t first = position - std::min(position, options_.max_steps);
-    const std::size_t end = position + std::min(steps.size() - position, options_.max_steps);
-    const Document& base = first == 0 ? history.base() : steps[first - 1]->after;
-    measure_chunks(base);
-    for (std::size_t i = first; i < end; ++i) measure_chunks(steps[i]->after);
+    const auto& entries = history.entries();
+    std::size_t first = entries.size();
+    std::size_t standing = 0, undone = 0;
+    for (; first > 0; --first) {
+      std::size_t& count = entries[first - 1].undone ? undone : standing;
+      if (++count > options_.max_steps) break;
+    }
+    measure_chunks(history.current());
+    for (std::size_t i = first; i < entries.size(); ++i) measure_chunks(entries[i].step->delta);
 
     message_.set_version(stored_version);
     message_.set_sequence(state.sequence);
-    message_.set_position(position - first);
-    const Document fresh;
-    write_document(fresh, base, *message_.mutable_base());
-    const Document* before = &base;
-    for (std::size_t i = first; i < end; ++i) {
-      const History::Step& step = *steps[i];
+    write_document(history.current(), *message_.mutable_current());
+    for (std::size_t i = first; i < entries.size(); ++i) {
+      const StepInfo& info = entries[i].step->info;
       v1::StoredStep& out = *message_.add_steps();
-      write_document(*before, step.after, *out.mutable_after());
-      out.set_words(step.words);
-      out.set_client_id(step.client_id);
-      out.set_client_op_id(step.client_op_id);
-      before = &step.after;
+      write_delta(entries[i].step->delta, *out.mutable_delta());
+      out.set_words(info.words);
+      out.set_client_id(info.client_id);
+      out.set_client_op_id(info.client_op_id);
+      out.set_author(info.author);
+      out.set_made_ns(info.made_ns);
+      out.set_sequence(info.sequence);
+      out.set_undone(entries[i].undone);
     }
     if (!taken_) return taken_.error();
     return message_.SerializeAsString();
@@ -162,17 +173,36 @@ class Encoder {
     for (const Alternative& alternative : *document.alternatives) {
       if (alternative.entities) measure_chunks(*alternative.entities);
     }
+    for (const auto& [name, version] : *document.versions) measure_chunks(*version->entities);
+  }
+
+  void measure_chunks(const StepDelta& delta) {
+    for (const auto& change : delta.entities) {
+      measure_chunks(change.before);
+      measure_chunks(change.after);
+    }
+    for (const auto* wholes : {&delta.made, &delta.deleted}) {
+      for (const StepDelta::Whole& whole : *wholes) measure_chunks(*whole.alternative.entities);
+    }
+    for (const auto& change : delta.versions) {
+      for (const VersionPtr& version : {change.before, change.after}) {
+        if (version) measure_chunks(*version->entities);
+      }
+    }
   }
 
   void measure_chunks(const Document::Entities& entities) {
-    for (const auto& [id, entity] : entities) {
-      if (!measured_.insert(entity.get()).second) continue;
-      const DualPtr shape = as_dual(entity);
-      for (std::size_t c = 0; shape && c < shape->points.chunk_count(); ++c) {
-        const auto points = shape->points.chunk(c);
-        std::size_t& most = chunk_points_[points.data()];
-        most = std::max(most, points.size());
-      }
+    if (!measured_.insert(&entities).second) return;
+    for (const auto& [id, entity] : entities) measure_chunks(entity);
+  }
+
+  void measure_chunks(const EntityPtr& entity) {
+    if (!entity || !measured_.insert(entity.get()).second) return;
+    const DualPtr shape = as_dual(entity);
+    for (std::size_t c = 0; shape && c < shape->points.chunk_count(); ++c) {
+      const auto points = shape->points.chunk(c);
+      std::size_t& most = chunk_points_[points.data()];
+      most = std::max(most, points.size());
     }
   }
 
@@ -188,6 +218,7 @@ class Encoder {
     v1::StoredEntity out;
     out.set_id(entity->id);
     out.set_name(entity->name);
+    if (entity->motion) write_motion(*entity->motion, *out.mutable_motion());
     if (const DualPtr shape = as_dual(entity)) {
       write_dual(*shape, *out.mutable_dual_shape());
     } else if (const ReferencePtr reference = as_reference(entity)) {
@@ -299,7 +330,7 @@ class Encoder {
     for (const std::string& face : model.faces) out.add_faces(face);
   }
 
-  // --- documents, each by what differs from the one before
+  // --- the document, and steps by what they changed
 
   std::uint32_t entity_set(const std::shared_ptr<const Document::Entities>& entities) {
     const auto found = sets_.find(entities.get());
@@ -312,29 +343,105 @@ class Encoder {
     return place;
   }
 
-  void write_document(const Document& before, const Document& document, v1::StoredDocument& out) {
-    const Changes changes = difference(before, document);
-    for (const auto* ids : {&changes.created, &changes.changed}) {
-      for (const std::string& id : *ids) out.add_entities(entity(document.find(id)));
-    }
-    for (const std::string& id : changes.removed) out.add_removed(id);
-    if (before.used_ids != document.used_ids) {
-      for (const std::string& id : *document.used_ids) {
-        if (!before.used_ids->contains(id)) out.add_used_ids(id);
-      }
-      for (const std::string& id : *before.used_ids) {
-        if (!document.used_ids->contains(id)) out.add_unused_ids(id);
-      }
-    }
+  std::uint32_t place_of(const EntityPtr& one) { return entity(one); }
+
+  std::uint32_t place_of(const VersionPtr& version) {
+    const auto found = versions_.find(version.get());
+    if (found != versions_.end()) return found->second;
+    v1::StoredVersion out;
+    out.set_name(version->name);
+    out.set_note(version->note);
+    out.set_author(version->author);
+    out.set_made_ns(version->made_ns);
+    out.set_alternative(version->alternative);
+    out.set_sequence(version->sequence);
+    out.set_parent(version->parent);
+    out.set_set(entity_set(version->entities));
+    const auto place = static_cast<std::uint32_t>(message_.versions_size());
+    *message_.add_versions() = std::move(out);
+    versions_.emplace(version.get(), place);
+    return place;
+  }
+
+  std::uint32_t place_of(const CommentPtr& comment) {
+    const auto found = comments_.find(comment.get());
+    if (found != comments_.end()) return found->second;
+    const auto place = static_cast<std::uint32_t>(message_.comments_size());
+    v1::StoredComment& out = *message_.add_comments();
+    out.set_id(comment->id);
+    out.set_text(comment->text);
+    out.set_entity(comment->entity);
+    write_vector(comment->place, *out.mutable_place());
+    if (comment->motion) write_motion(*comment->motion, *out.mutable_motion());
+    out.set_reply_to(comment->reply_to);
+    out.set_resolved(comment->resolved);
+    out.set_author(comment->author);
+    out.set_client_id(comment->client_id);
+    out.set_made_ns(comment->made_ns);
+    out.set_changed_ns(comment->changed_ns);
+    out.set_number(comment->number);
+    comments_.emplace(comment.get(), place);
+    return place;
+  }
+
+  void write_document(const Document& document, v1::StoredDocument& out) {
+    for (const auto& [id, one] : document.entities) out.add_entities(entity(one));
+    for (const std::string& id : *document.used_ids) out.add_used_ids(id);
     out.set_next_shape(document.next_shape);
     out.set_present(document.present);
-    if (before.alternatives == document.alternatives) return;
     out.set_has_alternatives(true);
     for (const Alternative& alternative : *document.alternatives) {
       v1::StoredAlternative& to = *out.add_alternatives();
       to.set_name(alternative.name);
       if (alternative.entities) to.set_set(entity_set(alternative.entities));
+      to.set_version(alternative.version);
     }
+    for (const auto& [name, version] : *document.versions) out.add_versions(place_of(version));
+    for (const auto& [id, comment] : *document.comments) out.add_comments(place_of(comment));
+    out.set_next_comment(document.next_comment);
+  }
+
+  template <typename Changes>
+  void write_changes(const Changes& changes, google::protobuf::RepeatedPtrField<v1::StoredChange>& to) {
+    for (const auto& change : changes) {
+      v1::StoredChange& out = *to.Add();
+      out.set_id(change.id);
+      if (change.before) out.set_before(place_of(change.before));
+      if (change.after) out.set_after(place_of(change.after));
+    }
+  }
+
+  void write_wholes(const std::vector<StepDelta::Whole>& wholes,
+                    google::protobuf::RepeatedPtrField<v1::StoredWhole>& to) {
+    for (const StepDelta::Whole& whole : wholes) {
+      v1::StoredWhole& out = *to.Add();
+      out.set_place(whole.place);
+      out.set_name(whole.alternative.name);
+      out.set_set(entity_set(whole.alternative.entities));
+      out.set_version(whole.alternative.version);
+    }
+  }
+
+  void write_delta(const StepDelta& delta, v1::StoredDelta& out) {
+    out.set_alternative(delta.alternative);
+    write_changes(delta.entities, *out.mutable_entities());
+    write_wholes(delta.made, *out.mutable_made());
+    write_wholes(delta.deleted, *out.mutable_deleted());
+    out.set_present_before(delta.present_before);
+    out.set_present_after(delta.present_after);
+    for (const StepDelta::At& at : delta.at) {
+      v1::StoredAt& to = *out.add_at();
+      to.set_alternative(at.alternative);
+      to.set_before(at.before);
+      to.set_after(at.after);
+    }
+    write_changes(delta.versions, *out.mutable_versions());
+    write_changes(delta.comments, *out.mutable_comments());
+    for (const std::string& id : delta.ids) out.add_ids(id);
+    out.set_next_shape_before(delta.next_shape_before);
+    out.set_next_shape_after(delta.next_shape_after);
+    out.set_next_comment_before(delta.next_comment_before);
+    out.set_next_comment_after(delta.next_comment_after);
   }
 
   const TakePart& take_;
@@ -344,6 +451,8 @@ class Encoder {
   std::unordered_map<const void*, std::uint32_t> parts_;
   std::unordered_map<const void*, std::uint32_t> entities_;
   std::unordered_map<const void*, std::uint32_t> sets_;
+  std::unordered_map<const void*, std::uint32_t> versions_;
+  std::unordered_map<const void*, std::uint32_t> comments_;
   std::unordered_map<const void*, std::size_t> chunk_points_;
   std::set<const void*> measured_;
 };

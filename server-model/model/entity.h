@@ -3,6 +3,7 @@
 // documents that have it (architecture idea 3).
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -13,10 +14,15 @@ enum class EntityKind : std::uint8_t { dual_shape, reference, sculpt_surface, ca
 
 std::string_view to_string(EntityKind kind);  ///< "dual_shape", "reference", "sculpt_surface", "cad_model"
 
+struct Similarity;
+
 /// What all kinds have in common.
 struct Entity {
   std::string id;
   std::string name;  ///< Shown to people.
+  /// What has moved it as a whole so far, null: nothing; so that what is pinned to it goes along. Not part of
+  /// its canonical form.
+  std::shared_ptr<const Similarity> motion;
 
   virtual ~Entity() = default;
   virtual EntityKind kind() const = 0;
@@ -31,5 +37,6 @@ struct Entity {
   Entity& operator=(Entity&&) = default;
 };
 using EntityPtr = std::shared_ptr<const Entity>;
+using Entities = std::map<std::string, EntityPtr, std::less<>>;  ///< By id.
 
 }  // namespace handloft::model

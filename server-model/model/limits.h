@@ -17,7 +17,12 @@ struct Limits {
   std::size_t max_points_per_shape = 2'000'000;
   std::uint32_t max_strokes_per_shape = 1'000'000;
   std::size_t max_points_per_query = 2'000'000;
-  std::size_t max_alternatives = 64;             ///< Of a document (A28).
+  std::size_t max_alternatives = 64;  ///< Of a document (A28).
+  std::size_t max_versions = 1024;    ///< Named ones (U6); each shares what it has with others.
+  std::size_t max_version_name_bytes = 64;
+  std::size_t max_note_bytes = 4096;             ///< Of a version.
+  std::size_t max_comments = 4096;               ///< Of a document, answers among them (U6).
+  std::size_t max_comment_bytes = 4096;          ///< Of one's text.
   std::size_t max_reference_vertices = 300'000;  ///< Of one mesh, so that it goes to a viewer in one message.
   std::size_t max_reference_triangles = 600'000;
   double max_coordinate_m = 1e4;            ///< 10 km: beyond any workspace; keeps squares far from overflow.

@@ -64,6 +64,7 @@ Result<Submitted> Model::submit(const v1::Operation& operation) {
 }
 
 Result<Submitted> Model::submit_new(const v1::Operation& operation) {
+  context_.sequence = sequence_ + 1;
   auto applied = apply(history_.current(), operation, context_);
   if (!applied) return applied.error();
   Submitted submitted;
@@ -73,14 +74,17 @@ Result<Submitted> Model::submit_new(const v1::Operation& operation) {
   submitted.notes = std::move(applied->notes);
   if (submitted.changes.empty()) return submitted;
   submitted.sequence = ++sequence_;
-  history_.push({std::move(applied->document), std::move(applied->words), operation.client_id(),
-                 operation.client_op_id()});
+  history_.push(applied->document,
+                {std::move(applied->words), operation.client_id(), operation.client_op_id(),
+                 operation.author(), operation.made_ns(), sequence_});
   return submitted;
 }
 
 Result<Submitted> Model::step_history(const v1::Operation& operation) {
   const Document before = history_.current();
-  auto words = operation.has_undo() ? history_.undo() : history_.redo();
+  const std::uint64_t client = operation.client_id();
+  auto words =
+      operation.has_undo() ? history_.undo(client, context_.limits) : history_.redo(client, context_.limits);
   if (!words) return words.error();
   Submitted submitted;
   submitted.changes = difference(before, history_.current());
@@ -90,10 +94,10 @@ Result<Submitted> Model::step_history(const v1::Operation& operation) {
   return submitted;
 }
 
-Result<v1::QueryResult> Model::query(const v1::Query& query) const {
+Result<v1::QueryResult> Model::query(const v1::Query& query, std::uint64_t client_id) const {
   auto result = answer(
       query, history_.current(), history_, [this](std::string_view id) { return revision(id); },
-      context_.limits);
+      context_.limits, client_id);
   if (result && result->has_control_net()) result->mutable_control_net()->set_sequence(sequence_);
   return result;
 }

@@ -73,12 +73,16 @@ class Model {
   /// From now on. All three must be there.
   void keep_in(Journal journal) { journal_ = std::move(journal); }
 
-  /// Applies one operation, undo and redo among them. An operation with the client_id and a client_op_id (not
-  /// 0) of an earlier one is answered as that one was and applied no second time (the last 1024 are
-  /// remembered). Export, and imports whose file is not read yet, are for the session: failed_precondition.
+  /// Applies one operation, undo and redo among them: of the steps of the operation's client (history.h). An
+  /// operation with the client_id and a client_op_id (not 0) of an earlier one is answered as that one was
+  /// and applied no second time (the last 1024 are remembered). Export, and imports whose file is not read
+  /// yet, are for the session: failed_precondition.
   Result<Submitted> submit(const handloft::v1::Operation& operation);
 
-  Result<handloft::v1::QueryResult> query(const handloft::v1::Query& query) const;
+  /// As this client sees it: its own undo and redo. PeopleQuery and ModelsQuery are for the session: a model
+  /// by itself has nobody, and knows no other.
+  Result<handloft::v1::QueryResult> query(const handloft::v1::Query& query,
+                                          std::uint64_t client_id = 0) const;
 
   // --- gestures
   // -----------------------------------------------------------------------------------------------

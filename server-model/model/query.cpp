@@ -5,9 +5,11 @@
 #include <cmath>
 
 #include "server-model/geometry/surface_pick.h"
+#include "server-model/model/annotations.h"
 #include "server-model/model/canonical.h"
 #include "server-model/model/comparison.h"
 #include "server-model/model/control_net.h"
+#include "server-model/model/difference_words.h"
 #include "server-model/model/reference_distance.h"
 #include "server-model/model/sculpt_place.h"
 #include "server-model/model/sculpt_query.h"
@@ -199,21 +201,31 @@ v1::QueryResult entities(const Document& document, const RevisionOf& revision) {
   return result;
 }
 
-v1::QueryResult history_of(const History& history) {
+v1::QueryResult history_of(const History& history, std::uint64_t client_id) {
   v1::QueryResult result;
   v1::HistoryResult& out = *result.mutable_history();
-  for (std::size_t i = 0; i < history.undo_steps(); ++i) out.add_applied(history.steps()[i]->words);
-  out.set_undo_steps(static_cast<std::uint32_t>(history.undo_steps()));
-  out.set_redo_steps(static_cast<std::uint32_t>(history.redo_steps()));
-  out.set_next_undo(history.next_undo());
-  out.set_next_redo(history.next_redo());
+  for (const History::Entry& entry : history.entries()) {
+    const StepInfo& info = entry.step->info;
+    if (!entry.undone) out.add_applied(info.words);
+    v1::HistoryStep& step = *out.add_steps();
+    step.set_words(info.words);
+    step.set_client_id(info.client_id);
+    step.set_author(info.author);
+    step.set_made_ns(info.made_ns);
+    step.set_sequence(info.sequence);
+    step.set_undone(entry.undone);
+  }
+  out.set_undo_steps(static_cast<std::uint32_t>(history.undo_steps(client_id)));
+  out.set_redo_steps(static_cast<std::uint32_t>(history.redo_steps(client_id)));
+  out.set_next_undo(history.next_undo(client_id));
+  out.set_next_redo(history.next_redo(client_id));
   return result;
 }
 
 }  // namespace
 
 Result<v1::QueryResult> answer(const v1::Query& query, const Document& document, const History& history,
-                               const RevisionOf& revision, const Limits& limits) {
+                               const RevisionOf& revision, const Limits& limits, std::uint64_t client_id) {
   switch (query.body_case()) {
     case v1::Query::kSurface:
       return surface(query.surface(), document);
@@ -229,7 +241,7 @@ Result<v1::QueryResult> answer(const v1::Query& query, const Document& document,
       return result;
     }
     case v1::Query::kHistory:
-      return history_of(history);
+      return history_of(history, client_id);
     case v1::Query::kAlternatives: {
       v1::QueryResult result;
       result.mutable_alternatives()->set_present(document.present_alternative());
@@ -247,11 +259,29 @@ Result<v1::QueryResult> answer(const v1::Query& query, const Document& document,
       return pick(query.pick(), document, limits);
     case v1::Query::kControlNet:
       return control_net(query.control_net(), document);
-    case v1::Query::kVersions:
+    case v1::Query::kVersions: {
+      v1::QueryResult result;
+      write_versions(document, *result.mutable_versions()->mutable_versions());
+      return result;
+    }
     case v1::Query::kDifference:
-    case v1::Query::kComments:
-    case v1::Query::kPeople:
-    case v1::Query::kModels:
+      return difference_in_words(query.difference(), document, history);
+    case v1::Query::kComments: {
+      v1::QueryResult result;
+      write_comments(document, query.comments().resolved() ? Resolved::among_them : Resolved::left_out,
+                     *result.mutable_comments()->mutable_comments());
+      return result;
+    }
+    case v1::Query::kPeople: {
+      v1::QueryResult result;  // A model by itself has nobody.
+      result.mutable_people();
+      return result;
+    }
+    case v1::Query::kModels: {
+      v1::QueryResult result;
+      result.mutable_models();
+      return result;
+    }
     case v1::Query::BODY_NOT_SET:
       break;
   }

@@ -29,6 +29,24 @@ std::size_t utf8_sequence(std::string_view text, std::size_t i) {
   return overlong || surrogate || code > 0x10ffff ? 0 : length;
 }
 
+/// `controls`: those control characters that may be among them.
+Status check_characters(std::string_view text, std::string_view controls, std::string_view field) {
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = utf8_sequence(text, i);
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const bool control = (byte < 0x20 || byte == 0x7f) && controls.find(text[i]) == std::string_view::npos;
+    if (length == 0 || control) {
+      return make_error(
+          ErrorCode::invalid_argument,
+          fmt::format("found the byte 0x{:02x} at {}, expected UTF-8 without control characters",
+                      static_cast<unsigned>(byte), i),
+          std::string(field));
+    }
+    i += length;
+  }
+  return {};
+}
+
 }  // namespace
 
 Status check_id(std::string_view id, std::string_view field, const Limits& limits) {
@@ -59,19 +77,16 @@ Status check_name(std::string_view name, std::string_view field, const Limits& l
         fmt::format("found a name of {} bytes, expected at most {}", name.size(), limits.max_name_bytes),
         std::string(field));
   }
-  for (std::size_t i = 0; i < name.size();) {
-    const std::size_t length = utf8_sequence(name, i);
-    const auto byte = static_cast<unsigned char>(name[i]);
-    if (length == 0 || byte < 0x20 || byte == 0x7f) {
-      return make_error(
-          ErrorCode::invalid_argument,
-          fmt::format("found the byte 0x{:02x} at {}, expected UTF-8 without control characters",
-                      static_cast<unsigned>(byte), i),
-          std::string(field));
-    }
-    i += length;
+  return check_characters(name, {}, field);
+}
+
+Status check_text(std::string_view text, std::size_t max_bytes, std::string_view field) {
+  if (text.size() > max_bytes) {
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found a text of {} bytes, expected at most {}", text.size(), max_bytes),
+                      std::string(field));
   }
-  return {};
+  return check_characters(text, "\t\n", field);
 }
 
 Status check_coordinate(double value, const std::string& field, const Limits& limits) {

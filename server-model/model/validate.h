@@ -19,6 +19,8 @@ namespace handloft::model {
 Status check_id(std::string_view id, std::string_view field, const Limits& limits);
 /// UTF-8 without control characters, at most max_name_bytes; may be empty.
 Status check_name(std::string_view name, std::string_view field, const Limits& limits);
+/// UTF-8 without control characters but tabs and ends of lines, at most so many bytes; may be empty.
+Status check_text(std::string_view text, std::size_t max_bytes, std::string_view field);
 /// A finite coordinate within max_coordinate_m.
 Status check_coordinate(double value, const std::string& field, const Limits& limits);
 /// Three of them; absent is 0.

@@ -47,15 +47,26 @@ Result<Outcome> new_alternative(const Document& document, const handloft::v1::Ne
                                   document.alternatives->size(), context.limits.max_alternatives),
                       field);
   }
+  VersionPtr version;
+  if (!request.version().empty()) {
+    auto found = require_version(document, request.version(), "new_alternative.version");
+    if (!found) return found.error();
+    version = *found;
+  }
   Outcome outcome;
   outcome.document = document;
   auto alternatives = std::make_shared<Alternatives>(*document.alternatives);
   (*alternatives)[document.present].entities = std::make_shared<const Document::Entities>(document.entities);
-  alternatives->push_back({name, nullptr});
+  alternatives->push_back(
+      {name, nullptr, version ? version->name : (*alternatives)[document.present].version});
+  if (version) outcome.document.entities = *version->entities;
   outcome.document.present = alternatives->size() - 1;
   outcome.document.alternatives = std::move(alternatives);
   outcome.effective.mutable_new_alternative()->set_name(name);
-  outcome.words = fmt::format("New alternative \"{}\" of \"{}\"", name, document.present_alternative());
+  outcome.effective.mutable_new_alternative()->set_version(request.version());
+  outcome.words = version
+                      ? fmt::format("New alternative \"{}\" from version \"{}\"", name, version->name)
+                      : fmt::format("New alternative \"{}\" of \"{}\"", name, document.present_alternative());
   return outcome;
 }
 

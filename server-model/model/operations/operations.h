@@ -66,6 +66,14 @@ Result<Outcome> refine_surface(const Document&, const handloft::v1::RefineSurfac
 /// Only with `resolved` filled; failed_precondition otherwise.
 Result<Outcome> import_model(const Document&, const handloft::v1::ImportModel&, const ApplyContext&);
 
+// These also keep who made them, and when.
+Result<Outcome> name_version(const Document&, const handloft::v1::Operation&, const ApplyContext&);
+Result<Outcome> restore_version(const Document&, const handloft::v1::RestoreVersion&, const ApplyContext&);
+Result<Outcome> delete_version(const Document&, const handloft::v1::DeleteVersion&, const ApplyContext&);
+Result<Outcome> add_comment(const Document&, const handloft::v1::Operation&, const ApplyContext&);
+Result<Outcome> change_comment(const Document&, const handloft::v1::Operation&, const ApplyContext&);
+Result<Outcome> delete_comment(const Document&, const handloft::v1::DeleteComment&, const ApplyContext&);
+
 // --- shared by several operations ---
 
 /// What a message asks to be shown. invalid_argument for anything but POINTS, SURFACE and BOTH.
@@ -98,6 +106,9 @@ Status add_entity(Document& document, EntityPtr entity, std::string_view field, 
 /// The index of the alternative of this name; not_found names the field.
 Result<std::size_t> require_alternative(const Document& document, std::string_view name,
                                         std::string_view field);
+
+/// The version of this name; not_found names the field.
+Result<VersionPtr> require_version(const Document& document, std::string_view name, std::string_view field);
 
 /// Adds points to a stroke, thinned (A1) and mirrored (A12) as the shape's symmetry says: on the first points
 /// under Symmetry::partner the partner shape is made. `stroke` continues a stroke or is stroke_count + 1.

@@ -85,6 +85,7 @@ SculptIcon moved(SculptIcon icon, const Similarity& similarity) {
 Result<SculptShape> moved(const SculptShape& before, const Similarity& similarity, std::string_view field,
                           const Limits& limits) {
   SculptShape shape = before;
+  shape.motion = moved_on(before.motion, similarity);
   for (const Vec3& point : before.surface->control) {
     if (!(similarity(point).cwiseAbs().maxCoeff() <= limits.max_coordinate_m)) {
       return make_error(ErrorCode::invalid_argument,

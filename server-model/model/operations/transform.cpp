@@ -6,7 +6,6 @@
 #include <cmath>
 #include <set>
 
-#include "server-model/geometry/symmetry.h"
 #include "server-model/model/operations/fitting.h"
 #include "server-model/model/operations/operations.h"
 #include "server-model/model/operations/sculpting.h"
@@ -15,17 +14,11 @@
 
 namespace handloft::model {
 
-Similarity Similarity::mirrored(const geometry::Plane& plane) const {
-  // Of a rotation about axis a by t, the mirror image is that about the image of a by -t; of the vector part
-  // sin(t/2) a that is minus the mirrored vector.
-  Similarity image;
-  image.scale = scale;
-  const geometry::Vec3 vector = -geometry::reflect_direction(rotation.vec(), plane);
-  image.rotation = Eigen::Quaterniond(rotation.w(), vector.x(), vector.y(), vector.z());
-  // M S M 0 = image.shift.
-  image.shift =
-      geometry::reflect_point((*this)(geometry::reflect_point(geometry::Vec3::Zero(), plane)), plane);
-  return image;
+std::shared_ptr<const Similarity> moved_on(const std::shared_ptr<const Similarity>& motion,
+                                           const Similarity& similarity) {
+  const Similarity both = motion ? similarity.after(*motion) : similarity;
+  const bool usable = both.finite() && both.inverse().finite();
+  return usable ? std::make_shared<const Similarity>(both) : nullptr;
 }
 
 namespace {
@@ -68,6 +61,7 @@ std::shared_ptr<const FittedSurface> moved(const FittedSurface& before, const Si
 Result<DualShape> moved(const DualShape& before, const Similarity& similarity, SymmetryPlane plane,
                         std::string_view field, const Limits& limits) {
   DualShape shape = before;
+  shape.motion = moved_on(before.motion, similarity);
   const auto outside = [&](const geometry::Vec3& p) {
     return !(p.cwiseAbs().maxCoeff() <= limits.max_coordinate_m);
   };

@@ -9,8 +9,10 @@ namespace {
 
 using namespace test;
 
-History::Step step(const Document& after, const std::string& words) {
-  return {after, words, 0, 0};
+StepInfo info(const std::string& words) {
+  StepInfo step;
+  step.words = words;
+  return step;
 }
 
 TEST(History, StepsBackAndForth) {
@@ -20,8 +22,8 @@ TEST(History, StepsBackAndForth) {
   History history(empty);
   EXPECT_FALSE(history.undo().ok());
   EXPECT_FALSE(history.redo().ok());
-  history.push(step(one, "Create a"));
-  history.push(step(two, "Create b"));
+  history.push(one, info("Create a"));
+  history.push(two, info("Create b"));
   EXPECT_EQ(history.next_undo(), "Create b");
   EXPECT_EQ(history.next_redo(), "");
   EXPECT_EQ(*history.undo(), "Create b");
@@ -37,9 +39,9 @@ TEST(History, StepsBackAndForth) {
 
 TEST(History, ANewStepForgetsWhatCouldBeRedone) {
   History history;
-  history.push(step(applied({}, {create("a")}), "a"));
+  history.push(applied({}, {create("a")}), info("a"));
   ASSERT_TRUE(history.undo().ok());
-  history.push(step(applied({}, {create("b")}), "b"));
+  history.push(applied({}, {create("b")}), info("b"));
   EXPECT_EQ(history.redo_steps(), 0U);
   EXPECT_EQ(history.undo_steps(), 1U);
   EXPECT_TRUE(history.current().find_dual("b"));
@@ -50,7 +52,7 @@ TEST(History, ForgetsTheOldestBeyondItsBound) {
   Document document;
   for (const char* id : {"a", "b", "c"}) {
     document = applied(document, {create(id)});
-    history.push(step(document, id));
+    history.push(document, info(id));
   }
   EXPECT_EQ(history.undo_steps(), 2U);
   ASSERT_TRUE(history.undo().ok());
