@@ -7,6 +7,8 @@
 #include <thread>
 #include <tuple>
 
+#include "client-hmd/render/warm_up.h"
+
 namespace handloft::client {
 namespace {
 
@@ -31,6 +33,8 @@ Result<std::unique_ptr<FrameLoop>> FrameLoop::create(FrameLoopParts parts, Logge
   if (loop->wants_panels()) {
     if (const Status shown = loop->panels_.show(); !shown) return shown.error();
   }
+  if (const Status warm = loop->warm_up(); !warm) return warm.error();
+  loop->started_ = loop->parts_.clock.now();
   return loop;
 }
 
@@ -46,6 +50,22 @@ FrameLoop::FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer>
       pictures_(parts_.options, log_, parts_.clock.now()),
       started_(parts_.clock.now()) {
   figures_.offscreen = offscreen();
+}
+
+/// What drivers do once, they do before the first frame that is seen.
+Status FrameLoop::warm_up() {
+  Canvas canvas = canvas_of(offscreen() ? parts_.options.offscreen_scale : 1.0);
+  const Result<unsigned> own = renderer_->own_canvas(canvas.width_px, canvas.height_px);
+  if (!own) return own.error();
+  canvas.target = *own;
+  const LastTurn turn = offscreen() ? LastTurn::none : LastTurn::to_display;
+  const auto [width, height] = Presenter::picture_size(canvas);
+  for (const Frame& frame : warm_up_frames(width, height)) {
+    if (const Status drawn = presenter_.draw(*renderer_, frame, canvas, {}, turn); !drawn) return drawn;
+    if (const Status shown = presenter_.present(*renderer_, canvas, std::nullopt); !shown) return shown;
+  }
+  renderer_->finish();
+  return {};
 }
 
 Status FrameLoop::run(const std::function<bool()>& interrupted) {
@@ -134,7 +154,10 @@ Status FrameLoop::renew_graphics() {
   if (!renderer) return renderer.error();
   renderer_ = std::move(*renderer);
   ++figures_.graphics_resets;
-  return panels ? panels_.show() : Status();
+  if (panels) {
+    if (const Status shown = panels_.show(); !shown) return shown;
+  }
+  return warm_up();
 }
 
 Canvas FrameLoop::canvas_of(double scale) {
@@ -254,6 +277,11 @@ void FrameLoop::count_frame(TimePoint begin, const ModelState& model) {
   const TimePoint now = parts_.clock.now();
   figures_.frame_time.add(now - begin);
   if (!model.connected && model.snapshots > 0) figures_.frame_time_alone.add(now - begin);
+  constexpr double twice = 2.0, middle = 0.5;
+  if (const double ms = 1e3 * to_seconds(now - begin); ms > twice * figures_.frame_time.quantile_ms(middle)) {
+    log_.debug("frame {} took {:.1f} ms, the others {:.1f}", figures_.frame_time.count(), ms,
+               figures_.frame_time.quantile_ms(middle));
+  }
   constexpr std::uint64_t told_every = 10;
   if (figures_.frame_time.count() % told_every == 0) log_.debug("{} frames", figures_.frame_time.count());
   if (model.scene != presented_ && model.scene_capture_time != TimePoint{}) {

@@ -45,6 +45,7 @@ class FrameLoop {
   FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer> renderer);
 
   bool wants_panels() const;
+  Status warm_up();
   Status step();
   void handle_input();
   Status renew_graphics();

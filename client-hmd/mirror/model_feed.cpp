@@ -33,6 +33,7 @@ constexpr std::size_t max_activities = 64;  ///< Hands in one picture.
 /// Ten seconds of a hand: what waits longer would be done to something else.
 constexpr std::size_t max_queued_bytes = std::size_t{1} << 20;
 constexpr std::uint32_t hands_since_minor = 1;  ///< PROTOCOL.md, "Versions".
+constexpr std::uint32_t resume_since_minor = 2;
 constexpr std::size_t max_text_bytes = 256;
 constexpr std::size_t max_notes = 16;  ///< Of one answer.
 
@@ -91,9 +92,12 @@ struct ModelFeed::Implementation {
     state.coming_until = resumption.until();
   }
 
-  void join() {
+  enum class Begin { anew, with_what_is_held };
+
+  void join(Begin begin = Begin::anew) {
     v1::Envelope envelope;
     envelope.mutable_join();
+    if (begin == Begin::with_what_is_held) *envelope.mutable_join() = join_with(*mirror.scene());
     const std::lock_guard lock(client_mutex);
     joined_at = clock.now();
     await_snapshot = true;
@@ -120,7 +124,13 @@ struct ModelFeed::Implementation {
     connected_at = clock.now();
     rejoin_after = rejoin_interval;
     publish();
-    join();
+    const bool resumes = welcome.protocol_minor() >= resume_since_minor && mirror.scene()->epoch != 0;
+    join(resumes ? Begin::with_what_is_held : Begin::anew);
+  }
+
+  /// What follows is a delta on what is held; else it is a snapshot.
+  void on_joined(const v1::Joined& joined) {
+    if (joined.resumed() && joined.epoch() == mirror.scene()->epoch) await_snapshot = false;
   }
 
   void on_disconnected(const Error& error) {
@@ -211,6 +221,7 @@ struct ModelFeed::Implementation {
 
   void on_delta(const v1::SceneDelta& delta, TimePoint received) {
     if (!apply(delta, delta.capture_time_ns(), received)) return;
+    if (connected_at && !await_snapshot) tell_of_return(received);
     show(mirror.scene());
     publish();
   }
@@ -312,6 +323,9 @@ struct ModelFeed::Implementation {
         on_delta(envelope.delta(), received);
         ask_for_nets(*state.scene);
         break;
+      case v1::Envelope::kJoined:
+        on_joined(envelope.joined());
+        break;
       case v1::Envelope::kPresence:
         on_presence(envelope.presence());
         break;
@@ -356,6 +370,8 @@ std::unique_ptr<ModelFeed> ModelFeed::start(const net::Endpoint& endpoint, const
   options.name = who.name;
   options.max_queued_bytes = max_queued_bytes;
   options.program = program_version("handloft-hmd");
+  options.client_key =
+      net::random_client_key();  // The same one as long as this program runs: to undo, to resume.
   options.reconnect = net::Reconnect::always;
   options.retry_interval = retry_interval;
   options.silence_timeout = silence_timeout;

@@ -215,6 +215,7 @@ Status read_surface_state(const EntityBefore& before, const v1::EntityState& sta
   }
   if (!state.surface_shown()) {
     entity.surface = nullptr;
+    entity.surface_id = 0;
     entity.distances_m = nullptr;
   }
   if (!surface_comes) return {};
@@ -222,6 +223,7 @@ Status read_surface_state(const EntityBefore& before, const v1::EntityState& sta
   if (!surface) return surface.error();
   entity.surface = std::move(*surface);
   entity.wire_topology = state.surface().topology();
+  entity.surface_id = state.surface_id();
   entity.distances_m = nullptr;
   if (state.distances().empty()) return {};
   Result<std::vector<float>> distances = read_distances(state.distances(), entity.surface->vertices.size());

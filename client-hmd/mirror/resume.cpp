@@ -17,6 +17,19 @@ bool covers(const Scene& former, const Scene& next) {
   });
 }
 
+v1::Join join_with(const Scene& held) {
+  v1::Join join;
+  join.set_epoch(held.epoch);
+  for (const auto& [id, entity] : held.entities) {
+    v1::HeldEntity& have = *join.add_have();
+    have.set_id(id);
+    have.set_revision(entity->revision);
+    if (entity->points) have.set_points(static_cast<std::uint32_t>(entity->points->points.size()));
+    if (entity->surface) have.set_surface_id(entity->surface_id);
+  }
+  return join;
+}
+
 std::shared_ptr<const Scene> Resumption::choose(const std::shared_ptr<const Scene>& former,
                                                 const std::shared_ptr<const Scene>& newest, TimePoint now) {
   if (now < until_ && !covers(*former, *newest)) return former;

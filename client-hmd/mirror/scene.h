@@ -100,6 +100,7 @@ struct Entity {
   std::uint32_t settled_points = 0;            ///< Those that stood before the gesture that is in the air.
   std::shared_ptr<const SurfaceMesh> surface;  ///< Null: none.
   std::uint64_t wire_topology = 0;             ///< What the server calls the surface's triangles.
+  std::uint64_t surface_id = 0;                ///< And the surface itself, to say what is held (U3); 0: unknown.
   /// One a vertex of `surface`, signed metres to the nearest reference, positive on the side of its outward
   /// normals; null: not compared, or not measured yet.
   std::shared_ptr<const std::vector<float>> distances_m;

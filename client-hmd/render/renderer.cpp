@@ -384,6 +384,10 @@ Image Renderer::read_canvas() const {
   return implementation_->canvas.read();
 }
 
+void Renderer::finish() {
+  glFinish();
+}
+
 Status Renderer::draw_offscreen(const Frame& frame, const RenderOptions& options) {
   if (const Status drawn = draw_scene(frame, options); !drawn) return drawn;
   const Presentation how = whole_picture(frame);

@@ -50,6 +50,9 @@ class Renderer {
   /// What own_canvas() holds.
   Image read_canvas() const;
 
+  /// Waits until all that was drawn is there.
+  void finish();
+
   /// draw_scene() and present() of the whole picture into own_canvas(), waiting until it is there.
   Status draw_offscreen(const Frame& frame, const RenderOptions& options);
   /// The same into memory.

@@ -1,5 +1,7 @@
 #include "client-hmd/render/stage_pass.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <glm/gtc/matrix_transform.hpp>
@@ -129,19 +131,30 @@ in vec2 uv;
 layout(location = 0) out vec4 out_colour;
 uniform sampler2D u_source;
 uniform vec2 u_step;
-uniform vec4 u_sigma;  // of each channel, in steps
+uniform vec4 u_weights[13];  // of each channel, from the middle outwards
 void main() {
-  vec4 sum = vec4(0.0);
-  vec4 weights = vec4(0.0);
-  vec4 sharpness = -0.5 / (u_sigma * u_sigma);
-  for (int i = -12; i <= 12; ++i) {
-    vec4 weight = exp(float(i * i) * sharpness);
-    sum += weight * texture(u_source, uv + float(i) * u_step);
-    weights += weight;
+  vec4 sum = u_weights[0] * texture(u_source, uv);
+  for (int i = 1; i <= 12; ++i) {
+    vec2 aside = float(i) * u_step;
+    sum += u_weights[i] * (texture(u_source, uv + aside) + texture(u_source, uv - aside));
   }
-  out_colour = sum / weights;
+  out_colour = sum;
 }
 )glsl";
+constexpr int blur_reach = 12;
+
+/// Gaussians of `sigma` steps, each with a sum of 1 over both sides.
+std::array<glm::vec4, blur_reach + 1> blur_weights(const glm::vec4& sigma) {
+  std::array<glm::vec4, blur_reach + 1> weights;
+  glm::vec4 sum(0.0F);
+  for (int i = 0; i <= blur_reach; ++i) {
+    const glm::vec4 weight = glm::exp(-0.5F * static_cast<float>(i * i) / (sigma * sigma));
+    weights[static_cast<std::size_t>(i)] = weight;
+    sum += i == 0 ? weight : 2.0F * weight;
+  }
+  for (glm::vec4& weight : weights) weight /= sum;
+  return weights;
+}
 
 GlTexture shadow_texture() {
   GlTexture texture = GlTexture::create();
@@ -222,8 +235,11 @@ void StagePass::update_shadow(const Scene& scene, const SurfacePass& surfaces, c
   const auto sigma = [steps_per_m](float blur_m) { return std::max(0.7F, blur_m * steps_per_m); };
   blur_.use();
   blur_.set("u_source", 0);
-  blur_.set("u_sigma", glm::vec4(sigma(shadow_blur_m), sigma(contact_blur_m), sigma(shadow_blur_m),
-                                 std::min(sigma(room_blur_m), 7.0F)));
+  const auto weights = blur_weights({sigma(shadow_blur_m), sigma(contact_blur_m), sigma(shadow_blur_m),
+                                     std::min(sigma(room_blur_m), 7.0F)});
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    blur_.set(fmt::format("u_weights[{}]", i).c_str(), weights[i]);
+  }
   glBindVertexArray(no_vertices_.id());
   const std::array<std::pair<const GlTexture*, const GlFramebuffer*>, 2> rounds{
       {{&shadow_texture_, &blur_target_}, {&blur_texture_, &shadow_target_}}};

@@ -131,20 +131,23 @@ class ClientRestart : public testing::Test {
     return report.is_object() ? report : json::object();
   }
 
-  /// On a machine that does other things as well, single frames take longer; one that waited for the network
-  /// would take as long as the server is away.
+  /// On a quiet machine no frame of the whole run takes longer than twice the median. On one that does other
+  /// things as well single frames do; one that waited for the network would take as long as the server is
+  /// away.
   static void expect_undisturbed(const json& report, const json& alone, double away_ms) {
     const double median = report["frame_ms"]["median"];
-    const double longest = alone["longest"];
+    const double longest = alone["longest"], longest_of_all = report["frame_ms"]["longest"];
     std::printf(
-        "%d frames, median %.1f ms, longest %.1f ms; %d of them without a server: median %.1f, 99 %% %.1f, "
+        "%d frames, median %.1f ms, longest of the whole run %.1f ms (%.2f medians); %d of them without a "
+        "server: median %.1f, 99 %% %.1f, "
         "longest %.1f ms (%.1f medians), which was away for %.0f ms\n",
-        report["frames"].get<int>(), median, report["frame_ms"]["longest"].get<double>(),
+        report["frames"].get<int>(), median, longest_of_all, longest_of_all / median,
         alone["count"].get<int>(), alone["median"].get<double>(), alone["p99"].get<double>(), longest,
         longest / median, away_ms);
     EXPECT_GT(alone["count"].get<int>(), 5) << "the frame loop goes on";
     EXPECT_LE(alone["median"].get<double>(), 3.0 * median + 5.0);
     EXPECT_LT(longest, std::max(20.0 * median, 250.0));
+    EXPECT_LT(longest_of_all, std::max(20.0 * median, 500.0)) << "nothing is compiled or read in the loop";
   }
 
   test::TemporaryDirectory folder_;
@@ -171,8 +174,8 @@ TEST_F(ClientRestart, AServerKilledInMidStreamLeavesThePictureAndIsBackWithinASe
   ASSERT_TRUE(draws(*hmd, 20)) << "while nobody is there";
   modeld = serve("second");
   const double away_ms = ms_between(killed, Steady::now());
-  // The second server lacks the stroke, so the former picture stays for Resumption::longest: half a second, at
-  // thirty frames a second. Frames are told by tens.
+  // The second server lacks the stroke, so the former picture stays for Resumption::longest: half a second,
+  // at thirty frames a second. Frames are told by tens.
   ASSERT_TRUE(has_scene(*hmd, 2) && draws(*hmd, 40)) << hmd->error_output();
   const json report = finish(*hmd, "view");
   ASSERT_TRUE(report.contains("scene"));
