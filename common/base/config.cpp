@@ -14,6 +14,7 @@
 #include <sstream>
 #include <variant>
 
+#include "common/base/manual.h"
 #include "common/base/version.h"
 
 namespace handloft {
@@ -414,6 +415,11 @@ Result<ParseOutcome> OptionTable::parse(const std::vector<std::string>& argument
   for (const auto& positional : table.positionals) positional->given.clear();
 
   ParseOutcome outcome;
+  if (auto manual = manual_asked_for(*this, arguments)) {
+    outcome.action = ParseOutcome::Action::show_text;
+    outcome.text = *std::move(manual);
+    return outcome;
+  }
   CLI::App app(table.description, table.program);
   table.declare(app);
   try {
@@ -471,6 +477,22 @@ std::string OptionTable::help() const {
   CLI::App app(implementation_->description, implementation_->program);
   implementation_->declare(app);
   return app.help();
+}
+
+ProgramFacts OptionTable::facts() const {
+  ProgramFacts facts{implementation_->program, implementation_->description, {}, {}};
+  for (const auto& word : implementation_->positionals)
+    facts.words.push_back({word->name, "", "", word->rule.choices, word->help, ""});
+  for (const auto& option : implementation_->options) {
+    const auto [value, preset] = std::visit(Describe{*option}, option->target);
+    OptionFacts one{option->flag, "", value, option->rule.choices, option->help, preset};
+    if (const auto* flag = std::get_if<bool*>(&option->target)) {
+      one.negation = "--no-" + option->flag.substr(2);
+      one.preset = **flag ? "on" : "off";
+    }
+    facts.options.push_back(std::move(one));
+  }
+  return facts;
 }
 
 }  // namespace handloft

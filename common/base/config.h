@@ -41,11 +41,29 @@ struct TextRule {
 struct ParseOutcome {
   enum class Action {
     run,        ///< Go on.
-    show_text,  ///< --help or --version: print `text` on standard output and end with status 0.
+    show_text,  ///< --help, --version, --man, --completion: print `text` on standard output, end with status
+                ///< 0.
   };
   Action action = Action::run;
   std::string text;
   std::string config_file;  ///< The file that was read; empty: none.
+};
+
+/// One option as people read of it: for manual pages and completion (manual.h).
+struct OptionFacts {
+  std::string flag;                  ///< "--listen"; of a word without a dash its name, "SCRIPT".
+  std::string negation;              ///< "--no-listen" of a boolean; else empty.
+  std::string value;                 ///< "ENDPOINT"; empty: takes none.
+  std::vector<std::string> choices;  ///< Empty: any.
+  std::string help;
+  std::string preset;  ///< The default; may be empty.
+};
+
+struct ProgramFacts {
+  std::string program;  ///< "handloft-modeld serve"
+  std::string description;
+  std::vector<OptionFacts> words;  ///< Without a dash, in their order.
+  std::vector<OptionFacts> options;
 };
 
 class OptionTable {
@@ -79,6 +97,7 @@ class OptionTable {
   Status parse_toml(std::string_view text, const std::string& file_name);
 
   std::string help() const;
+  ProgramFacts facts() const;
 
  private:
   struct Implementation;

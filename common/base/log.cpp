@@ -55,18 +55,34 @@ std::string_view to_string(LogLevel level) {
   return "info";
 }
 
-Logger::Logger(std::string component, LogLevel level)
-    : Logger(std::move(component), level, std::make_shared<spdlog::sinks::stderr_sink_mt>()) {}
+Result<LogFormat> parse_log_format(std::string_view text) {
+  if (text == "text") return LogFormat::text;
+  if (text == "json") return LogFormat::json;
+  return make_error(ErrorCode::invalid_argument, fmt::format("found \"{}\", expected text or json", text),
+                    "log_format");
+}
 
-Logger::Logger(std::string component, LogLevel level, spdlog::sink_ptr sink)
+Logger::Logger(std::string component, LogLevel level, LogFormat format)
+    : Logger(std::move(component), level, std::make_shared<spdlog::sinks::stderr_sink_mt>(), format) {}
+
+Logger::Logger(std::string component, LogLevel level, spdlog::sink_ptr sink, LogFormat format)
     : logger_(std::make_shared<spdlog::logger>(std::move(component), std::move(sink))) {
-  logger_->set_pattern("%Y-%m-%d %H:%M:%S.%e %-7l [%n] %v");
+  logger_->set_formatter(make_log_formatter(format));
   logger_->flush_on(spdlog::level::trace);
   set_level(level);
 }
 
 Logger Logger::component(std::string name) const {
+  const std::string& own = logger_->name();
+  const std::size_t fields = own.find(log_field_separator);
+  if (fields != std::string::npos) name += own.substr(fields);
   return Logger(logger_->clone(std::move(name)));
+}
+
+Logger Logger::with(std::string_view key, std::string_view value) const {
+  std::string field = fmt::format("{}={}", key, value);
+  std::erase(field, log_field_separator);
+  return Logger(logger_->clone(logger_->name() + log_field_separator + field));
 }
 
 void Logger::set_level(LogLevel level) {

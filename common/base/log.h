@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "common/base/clock.h"
+#include "common/base/log_line.h"
 #include "common/base/result.h"
 
 namespace handloft {
@@ -24,17 +25,22 @@ enum class LogLevel { trace, debug, info, warning, error, off };
 /// "trace", "debug", "info", "warning", "error", "off"; anything else is refused, naming the choices.
 Result<LogLevel> parse_log_level(std::string_view text);
 std::string_view to_string(LogLevel level);
+/// "text", "json"; anything else is refused, naming the choices.
+Result<LogFormat> parse_log_format(std::string_view text);
 
 /// A component's voice. Copies share one sink and one level. Thread-safe.
 class Logger {
  public:
-  /// Writes "2026-01-31 12:00:00.123 info  [component] message" to standard error.
-  explicit Logger(std::string component, LogLevel level = LogLevel::info);
+  /// Writes "2026-01-31 12:00:00.123 info    [component] message" to standard error, or the same as JSON.
+  explicit Logger(std::string component, LogLevel level = LogLevel::info, LogFormat format = LogFormat::text);
   /// A logger that writes to `sink` instead: for tests.
-  Logger(std::string component, LogLevel level, spdlog::sink_ptr sink);
+  Logger(std::string component, LogLevel level, spdlog::sink_ptr sink, LogFormat format = LogFormat::text);
 
-  /// A logger of another component with the same sink and the level as it now is.
+  /// A logger of another component with the same sink and fields, and the level as it now is.
   Logger component(std::string name) const;
+  /// A logger whose lines also say this, as "model" or "client" of what they are about. Separators in the
+  /// texts are left out.
+  Logger with(std::string_view key, std::string_view value) const;
   void set_level(LogLevel level);
 
   template <typename... Args>

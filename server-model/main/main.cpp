@@ -1,10 +1,15 @@
 // handloft-modeld: the model server. `run` drives a script, `serve` serves a model to viewers and editors.
 
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <exception>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "common/base/manual.h"
 #include "common/base/version.h"
 #include "server-model/main/cad_kernel_command.h"
 #include "server-model/main/run_command.h"
@@ -13,44 +18,106 @@
 
 namespace {
 
-constexpr const char* usage =
-    "Usage: handloft-modeld COMMAND [OPTIONS]\n"
-    "\n"
-    "Owns a model: points, surfaces, history.\n"
-    "\n"
-    "Commands:\n"
-    "  run SCRIPT    run a script of operations, queries and expectations\n"
-    "  serve         serve a model to viewers and editors, and follow the hand\n"
-    "  models        list the models in a folder\n"
-    "  history FILE  tell what was done to a model\n"
-    "  verify FILE   check a model's file\n"
-    "  repair FILE   write what is good of a damaged model to another file\n"
-    "  export FILE   write a model, as it is or was, as STEP, IGES, GLB, OBJ or a script\n"
-    "\n"
-    "Options:\n"
-    "  --help        show this text; COMMAND --help shows the command's options\n"
-    "  --version     show the version\n"
-    "\n"
-    "Exit status: 0 done, 1 a script line or the server failed, or a file is damaged, 2 wrong usage.\n";
+using handloft::model::ExitStatus;
+using Words = std::vector<std::string>;
 
-int run(const std::vector<std::string>& words) {
-  const std::string command = words.empty() ? "" : words.front();
-  if (command == "--help" || command == "-h") {
-    std::fputs(usage, stdout);
+struct Command {
+  const char* name;
+  const char* words;    ///< What follows it, for --help.
+  const char* summary;  ///< nullptr: not for people.
+  std::function<int(const Words&)> run;
+};
+
+Command store_command(const char* name, const char* words, const char* summary) {
+  return {name, words, summary,
+          [name](const Words& rest) -> int { return handloft::model::store_command(name, rest); }};
+}
+
+/// In the order of --help. Each knows --help of its own.
+const std::vector<Command>& commands() {
+  static const std::vector<Command> table{
+      {"run", "SCRIPT", "run a script of operations, queries and expectations", handloft::model::run_command},
+      {"serve", "", "serve a model to viewers and editors, and follow the hand",
+       handloft::model::serve_command},
+      store_command("models", "", "list the models in a folder"),
+      store_command("history", "FILE", "tell what was done to a model"),
+      store_command("verify", "FILE", "check a model's file"),
+      store_command("repair", "FILE", "write what is good of a damaged model to another file"),
+      store_command("export", "FILE", "write a model, as it is or was, as STEP, IGES, GLB, OBJ or a script"),
+      {"cad-kernel", "", nullptr, handloft::model::cad_kernel_command},
+  };
+  return table;
+}
+
+constexpr const char* program = "handloft-modeld";
+constexpr const char* description = "Owns a model: points, surfaces, history.";
+
+void print(const std::string& text, std::FILE* to = stdout) {
+  std::fputs(text.c_str(), to);
+}
+
+void print_usage(std::FILE* to) {
+  print(fmt::format("Usage: {} COMMAND [OPTIONS]\n\n{}\n\nCommands:\n", program, description), to);
+  for (const Command& command : commands()) {
+    if (command.summary == nullptr) continue;
+    print(fmt::format("  {:<14}{}\n", fmt::format("{} {}", command.name, command.words), command.summary),
+          to);
+  }
+  print(
+      "\n"
+      "Options:\n"
+      "  --help        show this text; COMMAND --help shows the command's options\n"
+      "  --version     show the version\n"
+      "  --man         the manual page, for man(1); --completion=bash what bash is to source\n"
+      "\n"
+      "Exit status: 0 done, 1 a script line or the server failed, or a file is damaged, 2 wrong usage.\n",
+      to);
+}
+
+int print_manual() {
+  std::vector<std::pair<std::string, std::string>> summaries;
+  for (const Command& command : commands()) {
+    if (command.summary != nullptr) summaries.emplace_back(command.name, command.summary);
+  }
+  print(handloft::program_man_begin(program, description, summaries));
+  for (const Command& command : commands()) {
+    if (command.summary != nullptr) (void)command.run({"--man-section"});
+  }
+  print(handloft::program_man_end());
+  return handloft::model::exit_ok;
+}
+
+int print_completion() {
+  std::vector<std::string> names;
+  print(handloft::program_completion_begin(program));
+  for (const Command& command : commands()) {
+    if (command.summary == nullptr) continue;
+    names.emplace_back(command.name);
+    print(fmt::format("    {}) words='", command.name));
+    (void)command.run({"--completion-words"});
+    print("' ;;\n");
+  }
+  print(handloft::program_completion_end(program, names));
+  return handloft::model::exit_ok;
+}
+
+int run(const Words& words) {
+  const std::string first = words.empty() ? "" : words.front();
+  if (first == "--help" || first == "-h") {
+    print_usage(stdout);
     return handloft::model::exit_ok;
   }
-  if (command == "--version") {
-    std::printf("%s\n", handloft::program_version("handloft-modeld").c_str());
+  if (first == "--version") {
+    print(handloft::program_version(program) + "\n");
     return handloft::model::exit_ok;
   }
-  if (command == "run") return handloft::model::run_command({words.begin() + 1, words.end()});
-  if (command == "serve") return handloft::model::serve_command({words.begin() + 1, words.end()});
-  if (handloft::model::is_store_command(command))
-    return handloft::model::store_command(command, {words.begin() + 1, words.end()});
-  if (command == "cad-kernel") return handloft::model::cad_kernel_command({words.begin() + 1, words.end()});
-  if (!command.empty())
-    std::fprintf(stderr, "handloft-modeld: there is no command \"%s\"\n\n", command.c_str());
-  std::fputs(usage, stderr);
+  if (first == "--man") return print_manual();
+  if (first == "--completion=bash" || first == "--completion") return print_completion();
+  for (const Command& command : commands()) {
+    if (first == command.name) return command.run({words.begin() + 1, words.end()});
+  }
+  if (!first.empty()) print(fmt::format("handloft-modeld: there is no command \"{}\"\n\n", first), stderr);
+  print_usage(stderr);
   return handloft::model::exit_usage;
 }
 

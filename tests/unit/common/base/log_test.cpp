@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 namespace handloft {
@@ -19,6 +21,38 @@ TEST(Log, ALineCarriesLevelAndComponent) {
   log.component("server").warning("{} readers", 3);
   EXPECT_THAT(out.str(), HasSubstr("warning [server] 3 readers"));
   EXPECT_THAT(out.str(), Not(HasSubstr("unheard")));
+}
+
+TEST(Log, AFieldOfALoggerIsInEveryLineOfItAndItsComponents) {
+  std::ostringstream out;
+  const Logger log("modeld", LogLevel::info, std::make_shared<spdlog::sinks::ostream_sink_mt>(out));
+  const Logger seat = log.with("model", "seat");
+  seat.component("net").with("client", "7").info("came");
+  EXPECT_THAT(out.str(), HasSubstr("[net model=seat client=7] came"));
+  out.str("");
+  log.info("nobody's");
+  EXPECT_THAT(out.str(), HasSubstr("[modeld] nobody's"));
+}
+
+TEST(Log, JsonLinesAreOneObjectEachWhateverTheTexts) {
+  std::ostringstream out;
+  const Logger log("net", LogLevel::info, std::make_shared<spdlog::sinks::ostream_sink_mt>(out),
+                   LogFormat::json);
+  log.with("model", "a\"b")
+      .with("client", std::string("7\x1fx=y"))
+      .warning("two\nlines \xff \"quoted\" {}", 3);
+  const std::string text = out.str();
+  ASSERT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
+  const auto line = nlohmann::json::parse(text);
+  EXPECT_EQ(line.at("level"), "warning");
+  EXPECT_EQ(line.at("component"), "net");
+  EXPECT_EQ(line.at("model"), "a\"b");
+  EXPECT_EQ(line.at("client"), "7x=y");
+  EXPECT_EQ(line.at("message"), "two\nlines \xef\xbf\xbd \"quoted\" 3");
+  EXPECT_TRUE(line.at("time").get<std::string>().ends_with("Z"));
+  EXPECT_EQ(line.size(), 6U);
+  EXPECT_EQ(*parse_log_format("json"), LogFormat::json);
+  EXPECT_FALSE(parse_log_format("xml").ok());
 }
 
 TEST(Log, LevelsHaveNamesAndOthersAreRefused) {

@@ -1,0 +1,89 @@
+// Manual pages and completion from the table of options: nothing of it can be forgotten (U7, issue 7 part 6).
+
+#include "common/base/manual.h"
+
+#include <gmock/gmock.h>
+
+#include <string>
+
+namespace handloft {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+struct Fixture {
+  std::string listen = "unix:x";
+  double rate = 60;
+  bool loud = false;
+  std::string level = "info";
+  std::string script;
+  OptionTable table{"handloft-x", "Does x. And more.\n.not a command"};
+  Fixture() {
+    table.add_positional("SCRIPT", script, "What to do", OptionTable::Presence::optional,
+                         {.choices = {"go", "stay"}});
+    table.add("listen", listen, "Where to listen", {.value_name = "ENDPOINT"});
+    table.add("video.rate_hz", rate, "Frames a second \\ not more", {.min = 1, .max = 240});
+    table.add("loud", loud, "'Tis loud");
+    table.add("log_level", level, "What is logged", {.choices = {"info", "error"}});
+  }
+  std::string asked(std::vector<std::string> words) {
+    const auto outcome = table.parse(words);
+    EXPECT_TRUE(outcome.ok()) << (outcome ? "" : outcome.error().describe());
+    EXPECT_EQ(outcome->action, ParseOutcome::Action::show_text);
+    return outcome->text;
+  }
+};
+
+TEST(Manual, APageHasEveryOptionWithItsValueDefaultAndHelp) {
+  Fixture fixture;
+  const std::string page = fixture.asked({"--man"});
+  EXPECT_TRUE(page.starts_with(".TH HANDLOFT\\-X 1 ")) << page;
+  EXPECT_THAT(page, HasSubstr("handloft\\-x \\- does x\n"));
+  EXPECT_THAT(page, HasSubstr("\\fB\\-\\-listen\\fR \\fIENDPOINT\\fR\nWhere to listen (default: unix:x)"));
+  EXPECT_THAT(page, HasSubstr("\\fB\\-\\-video\\-rate\\-hz\\fR \\fINUMBER\\fR"));
+  EXPECT_THAT(page, HasSubstr("\\fB\\-\\-loud\\fR, \\fB\\-\\-no\\-loud\\fR\n"));
+  EXPECT_THAT(page, HasSubstr("\\fBSCRIPT\\fR\nWhat to do"));
+  EXPECT_THAT(page, HasSubstr("{info,error}"));
+  for (const char* common : {"help", "version", "config", "man", "completion"})
+    EXPECT_THAT(page, HasSubstr(std::string("\\-\\-") + common));
+}
+
+TEST(Manual, TextOfOursIsNoCommandOfThePage) {
+  Fixture fixture;
+  const std::string page = fixture.asked({"--man"});
+  EXPECT_THAT(page, HasSubstr("\n\\&.not a command"));
+  EXPECT_THAT(page, HasSubstr("\n\\&'Tis loud"));
+  EXPECT_THAT(page, HasSubstr("second \\e not more"));
+  EXPECT_THAT(page, Not(HasSubstr("\n'")));
+}
+
+TEST(Manual, CompletionHasEveryFlagAndChoice) {
+  Fixture fixture;
+  for (const auto& words : {std::vector<std::string>{"--completion=bash"}, {"--completion", "bash"}}) {
+    const std::string text = fixture.asked(words);
+    for (const char* word : {" --listen ", " --video-rate-hz ", " --loud ", " --no-loud ", " --log-level ",
+                             "go stay", " --help ", " --config "})
+      EXPECT_THAT(text, HasSubstr(word));
+    EXPECT_THAT(text, HasSubstr("complete -o filenames -F _handloft_x handloft-x\n"));
+  }
+  // Only as the first word: elsewhere it is an option that there is not.
+  EXPECT_FALSE(fixture.table.parse({"--listen", "unix:y", "--completion-words"}).ok());
+}
+
+TEST(Manual, APageOfCommandsHasThemAndTheirSections) {
+  Fixture fixture;
+  const std::string page = program_man_begin("handloft-y", "Does y.", {{"serve", "serve - it"}}) +
+                           fixture.asked({"--man-section"}) + program_man_end();
+  EXPECT_THAT(page, HasSubstr(".TP\n\\fBserve\\fR\nserve \\- it\n"));
+  EXPECT_THAT(page, HasSubstr(".SS handloft\\-x\n"));
+  EXPECT_THAT(page, HasSubstr("\\fB\\-\\-listen\\fR"));
+  const std::string completion = program_completion_begin("handloft-y") + "    serve) words='" +
+                                 fixture.asked({"--completion-words"}) + "' ;;\n" +
+                                 program_completion_end("handloft-y", {"serve"});
+  EXPECT_THAT(completion, HasSubstr("serve) words='go stay --listen"));
+  EXPECT_THAT(completion, HasSubstr("words='serve --help"));
+}
+
+}  // namespace
+}  // namespace handloft
