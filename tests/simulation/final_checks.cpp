@@ -152,6 +152,7 @@ void check_records(const store::OperationLog& log, Judge& judge, LogFigures& fig
 LogFigures check_log(SimulatedServer& server, Judge& judge) {
   LogFigures figures;
   const std::string served = server.peers().actor().state().hash;
+  figures.document_hash = served;
   server.store().flush();
   test::FaultDisk disk(server.files());
   store::LogOptions options;

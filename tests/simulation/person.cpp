@@ -1,5 +1,6 @@
 #include "tests/simulation/person.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/base/result.h"
@@ -58,7 +59,7 @@ void Person::connect() {
   end.on_lost = [this, life] {
     if (life == life_) lost();
   };
-  heard_ = timeline_.now();
+  heard_ = connected_at_ = timeline_.now();
   link_ = connect_(hello, std::move(end));
   if (!link_) connect_soon();
 }
@@ -140,7 +141,7 @@ void Person::read(const v1::Envelope& envelope) {
       surface_ids_.clear();
       check(mirror_->apply(envelope.snapshot()), "snapshot");
       keep_surfaces(envelope.snapshot().entities());
-      if (!std::exchange(joined_, true)) send_waiting();
+      if (!joined_) sees();
       break;
     }
     case v1::Envelope::kDelta: {
@@ -148,9 +149,9 @@ void Person::read(const v1::Envelope& envelope) {
       check(mirror_->apply(envelope.delta()), "delta");
       if (envelope.delta().sequence() < before) judge_.complain(words() + " saw the order go back");
       keep_surfaces(envelope.delta().changed());
-      if (!std::exchange(joined_, true)) {
+      if (!joined_) {
         ++statistics_.resumed;
-        send_waiting();
+        sees();
       }
       break;
     }
@@ -165,6 +166,13 @@ void Person::read(const v1::Envelope& envelope) {
     default:
       break;
   }
+}
+
+void Person::sees() {
+  joined_ = true;
+  statistics_.longest_join_s =
+      std::max(statistics_.longest_join_s, to_seconds(timeline_.now() - connected_at_));
+  send_waiting();
 }
 
 void Person::read_ack(const v1::Ack& ack) {

@@ -37,6 +37,7 @@ struct PersonStatistics {
   std::uint64_t joins = 0;
   std::uint64_t resumed = 0;
   std::uint64_t gave_up = 0;
+  double longest_join_s = 0;
 };
 
 class Person {
@@ -77,6 +78,7 @@ class Person {
   void connect();
   void lost();
   void read(const v1::Envelope& envelope);
+  void sees();
   void read_ack(const v1::Ack& ack);
   void check(const Status& applied, const char* what);
   void join();
@@ -100,6 +102,7 @@ class Person {
   bool connecting_ = false;
   bool working_ = true;
   TimePoint heard_;
+  TimePoint connected_at_;
   std::deque<Unanswered> unanswered_;
   std::uint64_t last_op_ = 0;
   std::uint64_t last_request_ = 0;

@@ -1,5 +1,6 @@
 #include "tests/simulation/world.h"
 
+#include <algorithm>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -169,7 +170,9 @@ class World {
     if (judge_.complaints().empty() && server_.up()) {
       const auto scene = server_.peers().actor().scene();
       for (const auto& person : people_) check_mirror(*person, *scene, judge_);
-      outcome.in_log = check_log(server_, judge_).records;
+      const LogFigures log = check_log(server_, judge_);
+      outcome.in_log = log.records;
+      outcome.document_hash = log.document_hash;
     }
     outcome.simulated_s = timeline_.seconds();
     outcome.restarts = server_.starts() - 1;
@@ -180,6 +183,7 @@ class World {
       outcome.joins += its.joins;
       outcome.resumed += its.resumed;
       outcome.gave_up += its.gave_up;
+      outcome.longest_join_s = std::max(outcome.longest_join_s, its.longest_join_s);
       outcome.trace = (outcome.trace * 31) ^ person->trace();
     }
     for (const auto& [op, told] : judge_.told()) {

@@ -36,6 +36,8 @@ struct WorldOutcome {
   std::uint64_t operations = 0, in_log = 0, durable = 0, refused = 0;
   std::uint64_t sent_again = 0, joins = 0, resumed = 0, gave_up = 0, restarts = 0;
   std::size_t most_waiting = 0, most_queued_bytes = 0;
+  double longest_join_s = 0;  ///< From a connection to the scene on it, of those that lived to see it.
+  std::string document_hash;  ///< In the end.
 };
 
 WorldOutcome run_world(std::uint64_t seed, const WorldOptions& options = {});
