@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <random>
 
 #include "common/net/message_server.h"
 
@@ -39,6 +40,14 @@ std::string plain_words(const std::string& text, std::size_t most) {
 }
 
 }  // namespace
+
+std::string random_client_key() {
+  constexpr std::size_t key_bytes = 32;
+  std::string key(key_bytes, '\0');
+  std::random_device random;  // The kernel's.
+  for (char& byte : key) byte = static_cast<char>(random() & 0xFFU);
+  return key;
+}
 
 Error error_of(const v1::Failure& failure) {
   constexpr std::size_t longest_message = 512, longest_field = 128;
@@ -151,6 +160,7 @@ Result<Handshake> shake_hands(const Endpoint& endpoint, const ClientOptions& opt
   hello.set_role(options.role);
   hello.set_program(options.program);
   hello.set_name(options.name);
+  hello.set_client_key(options.client_key);
   const TimePoint sent = clock.now();
   hello.set_sent_ns(to_ns(sent));
   const Result<Frame> frame = encode_frame(envelope, hello_max_frame_bytes);

@@ -24,6 +24,9 @@ struct ClientOptions {
   v1::Role role = v1::ROLE_UNSPECIFIED;
   std::string program = "handloft";
   std::string name;  ///< Shown to others.
+  /// Random bytes (random_client_key()): with the same ones a client is the same when it comes again. Empty: another
+  /// one each time.
+  std::string client_key = {};
   std::uint32_t max_frame_bytes = default_max_frame_bytes;
   std::chrono::milliseconds connect_timeout{5000};  ///< All attempts of the first connect() together.
   /// Between two attempts; grows to ten times that while they fail, with jitter (backoff.h).
@@ -47,6 +50,9 @@ struct ClockOffset {
   TimePoint to_server(TimePoint here) const { return here + server_minus_client; }
   TimePoint to_client(TimePoint there) const { return there - server_minus_client; }
 };
+
+/// 32 bytes that nobody guesses.
+std::string random_client_key();
 
 /// Callbacks come from the client's thread, one after another. Any may be empty.
 struct ClientEvents {

@@ -48,6 +48,10 @@ class ThreadQueue final : public WorkQueue {
 
 }  // namespace
 
+std::shared_ptr<WorkQueue> start_queue() {
+  return std::make_shared<ThreadQueue>(1);
+}
+
 ActorThreads start_threads(std::size_t pool_threads) {
   return {std::make_shared<ThreadQueue>(1), std::make_shared<ThreadQueue>(pool_threads)};
 }

@@ -19,6 +19,9 @@ struct ActorThreads {
 /// Called once by each actor, which stops both queues.
 using StartActorThreads = std::function<ActorThreads()>;
 
+/// One piece of work after another on a thread of its own.
+std::shared_ptr<WorkQueue> start_queue();
+
 /// A thread for the model and `pool_threads` beside it.
 ActorThreads start_threads(std::size_t pool_threads);
 

@@ -24,6 +24,7 @@ struct HandSource {
   HandOwner owner;
   interaction::Interaction interaction;
   v1::TrackingFrame last_frame;  ///< That was used: what presence tells between frames.
+  TimePoint heard_at;            ///< When its last frame came.
   std::string notice;            ///< What became of an export; empty: nothing to tell.
   TimePoint notice_until;
 };

@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "server-model/model/canonical.h"
-#include "server-model/model/reference_distance.h"
-#include "server-model/session/export.h"
 #include "server-model/session/palette_export.h"
 #include "server-model/session/presence.h"
+#include "server-model/session/shown_name.h"
 
 namespace handloft::session {
 namespace {
@@ -20,20 +19,6 @@ constexpr int max_frames_without_scene = 4;
 
 /// What a hand's presence says while it lies on the palette's "Export" (palette_commands.cpp).
 constexpr std::string_view export_words = "export";
-
-bool reads_files(const v1::Operation& operation) {
-  if (operation.has_import_reference()) return !operation.import_reference().has_resolved();
-  if (operation.has_import_model()) return true;  // Also one that brings a model: it is refused there.
-  return operation.has_import_strokes() &&
-         (!operation.import_strokes().path().empty() || operation.import_strokes().resolved().empty());
-}
-
-/// As much of a name as looks like one: it goes back to its sender.
-std::string shown_name(const std::string& name) {
-  constexpr std::size_t longest = 64;
-  const auto end = std::find_if(name.begin(), name.end(), [](char c) { return c < ' ' || c > '~'; });
-  return name.substr(0, std::min(longest, static_cast<std::size_t>(end - name.begin())));
-}
 
 }  // namespace
 
@@ -50,6 +35,7 @@ ModelActor::ModelActor(model::Model initial, ActorOptions options, ActorEvents e
       threads_(options_.threads ? options_.threads() : start_threads(options_.pool_threads)) {
   // There, since meshes that publishing orders may be done before it has ended, and publish again.
   threads_.model->run_and_wait([this] {
+    claims_->leases = interaction::Leases([&time = clock_] { return time.now(); }, options_.leases);
     source_of({});
     publish_scene();
   });
@@ -114,6 +100,7 @@ void ModelActor::end_gestures() {
 }
 
 HandSource& ModelActor::source_of(const HandOwner& owner) {
+  claims_->leases.introduce(owner.client_id, owner.name);
   return sources_.try_emplace(owner.client_id, model_, options_.interaction, claims_, owner).first->second;
 }
 
@@ -211,21 +198,6 @@ void ModelActor::on_command(const HandOwner& owner, const v1::HandCommand& comma
   }
 }
 
-void ModelActor::answer_when_saved(Result<Outcome> outcome,
-                                   const std::function<void(Result<Outcome>)>& done) {
-  if (!options_.store || options_.acknowledge == ActorOptions::Acknowledge::applied) {
-    done(std::move(outcome));
-    return;
-  }
-  options_.store->when_durable(model_.sequence(), [outcome = std::move(outcome), done](const Status& saved) {
-    if (saved || !outcome || outcome->sequence == 0) {
-      done(outcome);
-    } else {
-      done(make_error(saved.error().code, "it was done, but could not be saved: " + saved.error().message));
-    }
-  });
-}
-
 void ModelActor::count_sequence(const v1::TrackingFrame& frame) {
   ++tracking_.frames;
   if (last_sequence_ && frame.sequence() > *last_sequence_)
@@ -240,6 +212,7 @@ void ModelActor::on_frame(HandSource& source, const v1::TrackingFrame& frame) {
     const std::lock_guard lock(frames_mutex_);
     waiting += pending_frames_;
   }
+  source.heard_at = clock_.now();
   const std::uint64_t ignored = source.interaction.statistics().frames_ignored;
   const interaction::FrameOutcome outcome = source.interaction.on_frame(frame);
   if (outcome.scene_changed) {
@@ -324,12 +297,16 @@ void ModelActor::publish_scene() {
   frames_without_scene_ = 0;
   stream::HandMarks marks;
   for (const auto& [id, source] : sources_) add_marks(source.interaction, marks);
-  stream::ScenePtr scene = builder_.build(model_, capture_time_ns_, marks);
+  for (const auto& [entity, lease] : claims_->leases.current()) {
+    marks.leases.emplace(entity, stream::LeaseMark{lease.client_id, lease.name});
+  }
+  stream::ScenePtr scene = builder_.build(model_, capture_time_ns_, marks, viewers_);
   {
     const std::lock_guard lock(scene_mutex_);
     scene_.swap(scene);
   }
   if (events_.on_scene) events_.on_scene();
+  tell_when_durable();
 }
 
 stream::ScenePtr ModelActor::scene() const {
@@ -337,70 +314,11 @@ stream::ScenePtr ModelActor::scene() const {
   return scene_;
 }
 
-void ModelActor::submit(v1::Operation operation, model::FileAccess files,
-                        std::function<void(Result<Outcome>)> done) {
-  seal_inbox(operation.client_id());
-  const auto apply = [this](const v1::Operation& resolved,
-                            const std::function<void(Result<Outcome>)>& answer) {
-    auto submitted = model_.submit(resolved);
-    if (!submitted) {
-      answer_when_saved(submitted.error(), answer);
-      return;
-    }
-    if (submitted->sequence != 0) publish_scene();
-    Outcome outcome;
-    outcome.sequence = submitted->sequence;
-    outcome.entities = submitted->changes.all();
-    outcome.notes = submitted->notes;
-    answer_when_saved(std::move(outcome), answer);
-  };
-  if (operation.has_export_()) {
-    post([this, operation = std::move(operation), files = std::move(files), done = std::move(done)] {
-      in_pool([document = model_.document(), operation, files, done] {
-        auto exported = model::export_document(document, operation.export_(), files);
-        if (!exported) {
-          done(exported.error());
-          return;
-        }
-        Outcome outcome;
-        outcome.entities = std::move(exported->entities);
-        outcome.notes = std::move(exported->notes);
-        done(std::move(outcome));
-      });
-    });
-  } else if (reads_files(operation)) {
-    in_pool(
-        [this, apply, operation = std::move(operation), files = std::move(files), done = std::move(done)] {
-          auto resolved = model::resolve_operation(operation, files, model_.limits());
-          if (!resolved) {
-            done(resolved.error());
-            return;
-          }
-          post([apply, resolved = *std::move(resolved), done] { apply(resolved, done); });
-        });
-  } else {
-    post([apply, operation = std::move(operation), done = std::move(done)] { apply(operation, done); });
-  }
-}
-
 void ModelActor::in_pool(std::function<void()> work) {
   ++pending_work_;
   threads_.pool->post([this, work = std::move(work)] {
     work();
     --pending_work_;
-  });
-}
-
-void ModelActor::ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done) {
-  post([this, query = std::move(query), done = std::move(done)] {
-    if (!query.has_distance()) {
-      done(model_.query(query));
-      return;
-    }
-    // Measures every point against a mesh, which may have to be prepared first: not while a hand waits.
-    in_pool([document = model_.document(), distance = query.distance(), done] {
-      done(model::distance_to_reference(distance, document));
-    });
   });
 }
 
@@ -423,6 +341,10 @@ ActorState ModelActor::state_now() const {
   }
   state.meshes = meshes_.statistics();
   return state;
+}
+
+void ModelActor::settle() {
+  if (!stopped_) threads_.model->run_and_wait([] {});
 }
 
 ActorState ModelActor::state() {

@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "common/base/clock.h"
@@ -51,6 +52,9 @@ struct ActorOptions {
   /// Keeps what is applied (serve --store); null: nothing is kept. The model that it gave back is the
   /// actor's.
   std::shared_ptr<store::ModelStore> store;
+  interaction::LeaseOptions leases;
+  /// A hand of which nothing was heard for so long lets others take the icons that it holds: as leases.
+  Duration silence = std::chrono::seconds(5);
   enum class Acknowledge {
     applied,  ///< When the model has it: as quick as without a store, and a crash may lose it.
     durable,  ///< When it is on the disk. Viewers see it at once all the same.
@@ -87,6 +91,7 @@ struct ActorState {
 class ModelActor {
  public:
   using Outcome = model::ScriptTarget::Outcome;
+  enum class LeaseWish : std::uint8_t { take, release };
 
   /// `clock` must outlive it.
   ModelActor(model::Model initial, ActorOptions options, ActorEvents events, const Clock& clock, Logger log);
@@ -119,16 +124,37 @@ class ModelActor {
   void end_gestures();
 
   /// `done` is called on the model's thread, the pool's or the store's. Thread-safe; the caller bounds how
-  /// much it has under way.
-  void submit(v1::Operation operation, model::FileAccess files, std::function<void(Result<Outcome>)> done);
+  /// much it has under way. `answer_when`: how safe it is to be by then; unspecified: as the options say.
+  /// failed_precondition for what must be durable where nothing is kept. An operation that deforms what
+  /// another client has leased is refused (leases.h). `allowed`, when not empty, is asked on the model's
+  /// thread about the document that the operation meets: an error refuses it.
+  using Allowed = std::function<Status(const model::Document&)>;
+  void submit(v1::Operation operation, model::FileAccess files, std::function<void(Result<Outcome>)> done,
+              Allowed allowed = {}, v1::SaveLevel answer_when = v1::SAVE_LEVEL_UNSPECIFIED);
   void ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done);
+
+  /// A client sees the model from now on: scenes tell its own steps of history, and who it is where it has
+  /// leased something. `joined` is called on the model's thread when scene() has that.
+  void viewer_came(std::uint64_t client_id, const std::string& name, std::function<void()> joined);
+  /// Its leases end.
+  void viewer_gone(std::uint64_t client_id);
+  /// Leases an entity to a client, or ends that (U1). `done` is called on the model's thread. Errors:
+  /// not_found, those of Leases::take().
+  void lease(std::uint64_t client_id, const std::string& entity, LeaseWish wish,
+             std::function<void(Status)> done);
+  /// To be called a few times a second: ends what nobody has renewed.
+  void tick();
 
   /// The newest scene, never null. Thread-safe, cheap.
   stream::ScenePtr scene() const;
+  /// What goes with it to one client. Thread-safe, cheap.
+  stream::Personal personal(const stream::Scene& scene, std::uint64_t client_id) const;
   /// No mesh is being made and nothing waits: scene() is final unless something new comes. Thread-safe.
   bool idle() const;
   /// Waits for its turn on the model's thread. Not from there.
   ActorState state();
+  /// The same, and nothing else. Returns at once after stop().
+  void settle();
 
   /// Ends the threads after what they are at, when all that was applied is durable or has failed to be;
   /// nothing is called afterwards. state() still works.
@@ -137,7 +163,11 @@ class ModelActor {
  private:
   /// At once, or when all that was applied is durable, so that answers keep their order. Then `done` is
   /// called on the store's thread.
-  void answer_when_saved(Result<Outcome> outcome, const std::function<void(Result<Outcome>)>& done);
+  void answer_when_saved(Result<Outcome> outcome, const std::function<void(Result<Outcome>)>& done,
+                         v1::SaveLevel answer_when = v1::SAVE_LEVEL_UNSPECIFIED);
+  Result<Outcome> apply(const v1::Operation& resolved, const Allowed& allowed);
+  /// Viewers are told, once for all that is committed together, that more is durable now.
+  void tell_when_durable();
   void on_frame(HandSource& source, const v1::TrackingFrame& frame);
   void count_sequence(const v1::TrackingFrame& frame);
   void on_command(const HandOwner& owner, const v1::HandCommand& command,
@@ -171,6 +201,7 @@ class ModelActor {
   interaction::InteractionStatistics past_hands_;  ///< Of clients that are gone.
   stream::MeshCache meshes_;
   stream::SceneBuilder builder_;
+  std::set<std::uint64_t> viewers_;
   std::int64_t capture_time_ns_ = 0;
   int frames_without_scene_ = 0;  ///< That changed it since it was published.
   std::optional<std::uint64_t> last_sequence_;
@@ -187,6 +218,8 @@ class ModelActor {
   std::map<std::uint64_t, std::shared_ptr<HandInbox>> inboxes_;  ///< By client.
   HandInboxStatistics past_frames_;                              ///< Of clients that are gone.
 
+  std::uint64_t awaited_sequence_ = 0;  ///< Of what tell_when_durable() waits for.
+  std::atomic<bool> storage_news_ = false;
   std::atomic<std::size_t> pending_work_ = 0;
   std::atomic<bool> stopped_ = false;
   ActorThreads threads_;

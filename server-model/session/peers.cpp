@@ -2,86 +2,25 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <any>
+#include <chrono>
 #include <utility>
 
+#include "server-model/session/client_id.h"
+#include "server-model/session/peer.h"
 #include "server-model/session/presence.h"
-#include "server-model/session/remote_target.h"
 
 namespace handloft::session {
 namespace {
 
-/// Outbox slots: one for each person's presence.
+/// Outbox slots: one for each person's presence, one for who is there.
 constexpr std::uint32_t presence_slot = 1;
+constexpr std::uint32_t people_slot = 2;
 
 /// Of whom a presence tells: a client may have two hands.
 std::string presence_key(const v1::Presence& presence) {
   return fmt::format("{}/{}", presence.client_id(), presence.name());
-}
-
-}  // namespace
-
-struct Peer {
-  Peer(net::ConnectionPtr its_connection, net::Endpoint::Kind its_kind, const ServerOptions& options)
-      : connection(std::move(its_connection)),
-        id(connection->id()),
-        kind(its_kind),
-        hands{id, connection->peer().name},
-        // On one host both read the same clock, and an estimate would only add its error.
-        clock(its_kind == net::Endpoint::Kind::unix_socket ? ClientClock{}
-                                                           : ClientClock::of(connection->peer())),
-        max_pending_requests(options.max_pending_requests),
-        max_pending_bytes(options.max_pending_bytes),
-        complaints(options.complain_every),
-        viewer(options.viewer) {}
-
-  const net::ConnectionPtr connection;
-  const std::uint64_t id;  ///< Unlike any other peer's of this server.
-  const net::Endpoint::Kind kind;
-  const HandOwner hands;
-  const ClientClock clock;
-  const std::size_t max_pending_requests;
-  const std::size_t max_pending_bytes;
-  RateLimit complaints;  ///< About its frames.
-
-  std::mutex mutex;  ///< Guards what follows; never held while calling the connection.
-  bool joined = false;
-  bool present = false;       ///< Has told of itself.
-  bool brings_hands = false;  ///< The server tells of its hands, from its frames and commands.
-  stream::Viewer viewer;
-  stream::ScenePtr has;  ///< The scene that it has been given whole; null: not yet.
-  std::int64_t shown_capture_ns = 0;
-  std::size_t pending_requests = 0;
-  std::size_t pending_bytes = 0;
-};
-
-namespace {
-
-/// Counts a request that is under way until finish_request(); at the limit nothing more is read of the peer.
-/// To be called before the request is handed over: so it ends, and finish_request() looks, after the pause,
-/// whatever other requests do meanwhile, and no peer stays paused with nothing under way.
-void begin_request(Peer& peer, std::size_t bytes) {
-  bool full = false;
-  {
-    const std::lock_guard lock(peer.mutex);
-    ++peer.pending_requests;
-    peer.pending_bytes += bytes;
-    full = peer.pending_requests >= peer.max_pending_requests || peer.pending_bytes >= peer.max_pending_bytes;
-  }
-  if (full) peer.connection->pause_reading();
-}
-
-void finish_request(Peer& peer, std::size_t bytes) {
-  bool room = false;
-  {
-    const std::lock_guard lock(peer.mutex);
-    --peer.pending_requests;
-    peer.pending_bytes -= bytes;
-    // Half, so that a peer that keeps the limit filled isn't paused and resumed with every request.
-    room = peer.pending_requests <= peer.max_pending_requests / 2 &&
-           peer.pending_bytes <= peer.max_pending_bytes / 2;
-  }
-  if (room) peer.connection->resume_reading();
 }
 
 PeerPtr peer_of(const net::ConnectionPtr& connection) {
@@ -89,10 +28,24 @@ PeerPtr peer_of(const net::ConnectionPtr& connection) {
   return held == nullptr ? nullptr : held->lock();
 }
 
+std::int64_t system_wall_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+ServerOptions completed(ServerOptions options) {
+  if (!options.wall_ns) options.wall_ns = system_wall_ns;
+  return options;
+}
+
 }  // namespace
 
 Peers::Peers(ServerOptions options, const Clock& clock, Logger log)
-    : options_(std::move(options)), clock_(clock), log_(std::move(log)) {}
+    : options_(completed(std::move(options))),
+      clock_(clock),
+      log_(std::move(log)),
+      gate_(options_.gate ? options_.gate : access::Gate::without_file()) {}
 
 Peers::~Peers() = default;
 
@@ -100,26 +53,93 @@ std::shared_ptr<Peers> Peers::start(model::Model initial, ServerOptions options,
                                     const Logger& log, std::function<void()> on_end_of_recording) {
   const std::shared_ptr<Peers> peers(new Peers(std::move(options), clock, log));
   const std::weak_ptr<Peers> weak = peers;
-  ActorEvents events;
-  events.on_scene = [weak] {
-    if (const auto self = weak.lock()) self->notify_viewers();
+  peers->last_epoch_ = peers->options_.actor.epoch;
+  RoomPtr first = peers->furnish(peers->options_.model_name, std::move(initial), peers->options_.actor,
+                                 std::move(on_end_of_recording));
+  const auto furnish = [weak](std::string name, OpenedModel opened) -> RoomPtr {
+    const auto self = weak.lock();
+    if (!self) return nullptr;
+    ActorOptions actor = self->options_.actor;
+    actor.store = std::move(opened.store);
+    // Unlike every other of this server, and of one that was here before it.
+    const auto now = static_cast<std::uint64_t>(to_ns(self->clock_.now()));
+    std::uint64_t last = self->last_epoch_;
+    while (!self->last_epoch_.compare_exchange_weak(last, std::max(last + 1, now))) {
+    }
+    actor.epoch = std::max(last + 1, now);
+    return self->furnish(std::move(name), std::move(opened.model), std::move(actor), {});
   };
-  events.on_presence = [weak](const v1::Presence& presence) {
-    if (const auto self = weak.lock()) self->send_presence(presence, nullptr);
+  peers->rooms_ = std::make_unique<Rooms>(peers->options_.rooms, std::move(first), furnish, clock,
+                                          log.component("models"));
+  return peers;
+}
+
+RoomPtr Peers::furnish(std::string name, model::Model model, ActorOptions options,
+                       std::function<void()> on_end_of_recording) {
+  auto room = std::make_shared<Room>();
+  room->name = std::move(name);
+  room->epoch = options.epoch;
+  room->store = options.store;
+  const std::weak_ptr<Peers> weak = weak_from_this();
+  const std::weak_ptr<Room> weak_room = room;
+  ActorEvents events;
+  events.on_scene = [weak, weak_room] {
+    const auto self = weak.lock();
+    const auto its_room = weak_room.lock();
+    if (self && its_room) self->notify_viewers(*its_room);
+  };
+  events.on_presence = [weak, weak_room](const v1::Presence& presence) {
+    const auto self = weak.lock();
+    const auto its_room = weak_room.lock();
+    if (self && its_room) self->send_presence(*its_room, presence, nullptr);
   };
   events.on_end_of_recording = std::move(on_end_of_recording);
-  peers->actor_ = std::make_unique<ModelActor>(std::move(initial), peers->options_.actor, std::move(events),
-                                               clock, log.component("model"));
-  return peers;
+  room->actor = std::make_unique<ModelActor>(std::move(model), std::move(options), std::move(events), clock_,
+                                             log_.component("model"));
+  return room;
 }
 
 void Peers::close() {
   closed_ = true;
 }
 
+void Peers::stop() {
+  close();
+  rooms_->stop();
+}
+
+void Peers::tick() {
+  look_at_access();
+  for (const RoomPtr& room : rooms_->open_rooms()) room->actor->tick();
+  rooms_->tick();
+  for (const PeerPtr& peer : everybody()) {
+    if (peer->connection->statistics().queued_frames == 0) continue;
+    const RoomPtr room = room_of(*peer);
+    const stream::ScenePtr scene = room->actor->scene();
+    const std::lock_guard lock(peer->mutex);
+    if (!peer->seated || peer->viewer.stale_bytes(*scene) <= options_.client_memory.scene_bytes) continue;
+    log_.warning("\"{}\" ({}) reads too slowly: begins anew with a snapshot", peer->hands.name, peer->id);
+    peer->viewer.reset();
+    peer->has.reset();
+  }
+}
+
 net::ServerEvents Peers::events(net::Endpoint::Kind kind) {
   const std::weak_ptr<Peers> weak = weak_from_this();
   net::ServerEvents events;
+  events.admit = [weak, kind](const net::PeerInfo& info) -> Result<net::Admission> {
+    const auto self = weak.lock();
+    if (!self || self->closed_) return make_error(ErrorCode::cancelled, "the server is stopping");
+    return self->admit(info, kind);
+  };
+  events.on_pair = [weak](const net::PairingRequest& request, const net::PairingAnswer& answer) {
+    const auto self = weak.lock();
+    if (!self || self->closed_) {
+      answer(make_error(ErrorCode::cancelled, "the server is stopping"));
+      return;
+    }
+    self->gate_->pair(request.pair, request.address, answer);
+  };
   events.on_join = [weak, kind](const net::ConnectionPtr& connection) -> Status {
     const auto self = weak.lock();
     if (!self || self->closed_) return make_error(ErrorCode::cancelled, "the server is stopping");
@@ -140,6 +160,8 @@ net::ServerEvents Peers::events(net::Endpoint::Kind kind) {
   return events;
 }
 
+// ---- who is there
+
 std::vector<PeerPtr> Peers::everybody() const {
   const std::lock_guard lock(peers_mutex_);
   std::vector<PeerPtr> result;
@@ -148,301 +170,284 @@ std::vector<PeerPtr> Peers::everybody() const {
   return result;
 }
 
-void Peers::notify_viewers() const {
-  for (const PeerPtr& peer : everybody()) {
-    bool joined = false;
-    {
-      const std::lock_guard lock(peer->mutex);
-      joined = peer->joined;
-    }
-    if (joined) peer->connection->notify_pull();
-  }
+std::vector<PeerPtr> Peers::everybody_in(const Room& room) const {
+  std::vector<PeerPtr> result = everybody();
+  std::erase_if(result, [&](const PeerPtr& peer) {
+    const std::lock_guard lock(peer->mutex);
+    return !peer->joined || peer->room.get() != &room;
+  });
+  return result;
 }
 
-void Peers::send_presence(const v1::Presence& presence, const Peer* from) const {
+void Peers::notify_viewers(const Room& room) const {
+  for (const PeerPtr& peer : everybody_in(room)) peer->connection->notify_pull();
+}
+
+void Peers::send_presence(const Room& room, const v1::Presence& presence, const Peer* from) const {
   v1::Envelope envelope;
   *envelope.mutable_presence() = presence;
   const auto frame = net::encode_frame(envelope);
   if (!frame) return;  // cleaned presence is small
   const net::SlotKey slot{presence_slot, presence_key(presence)};
-  for (const PeerPtr& peer : everybody()) {
-    if (peer.get() == from) continue;
-    bool joined = false;
-    {
-      const std::lock_guard lock(peer->mutex);
-      joined = peer->joined;
-    }
-    if (joined) peer->connection->send_latest(slot, *frame);
+  for (const PeerPtr& peer : everybody_in(room)) {
+    if (peer.get() != from) peer->connection->send_latest(slot, *frame);
   }
+}
+
+v1::People Peers::people_in(const Room& room) const {
+  std::vector<std::pair<std::uint64_t, v1::Person>> in_order;
+  for (const PeerPtr& peer : everybody_in(room)) {
+    const net::PeerInfo& info = peer->connection->peer();
+    v1::Person person;
+    person.set_client_id(peer->id);
+    person.set_user(peer->user.name);
+    person.set_name(info.name);
+    person.set_program(info.program);
+    const std::lock_guard lock(peer->mutex);
+    person.set_role(std::string(access::role_name(peer->told_role)));
+    person.set_joined_ns(peer->joined_ns);
+    in_order.emplace_back(peer->number, std::move(person));
+  }
+  std::sort(in_order.begin(), in_order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  v1::People people;
+  for (auto& [number, person] : in_order) *people.add_people() = std::move(person);
+  return people;
+}
+
+void Peers::send_people(const Room& room) const {
+  v1::Envelope envelope;
+  *envelope.mutable_people() = people_in(room);
+  const auto frame = net::encode_frame(envelope);
+  if (!frame) return;  // Names are short, connections few.
+  const net::SlotKey slot{people_slot, "", net::Lane::notices};
+  for (const PeerPtr& peer : everybody_in(room)) {
+    if (knows_sharing(*peer)) peer->connection->send_latest(slot, *frame);
+  }
+}
+
+// ---- coming
+
+Result<net::Admission> Peers::admit(const net::PeerInfo& info, net::Endpoint::Kind kind) {
+  auto user = gate_->authenticate(info, kind);
+  if (!user) return user.error();
+  net::Admission admission;
+  if (!info.client_key.empty()) admission.client_id = derived_client_id(user->name, info.client_key);
+  return admission;
 }
 
 Status Peers::on_join(const net::ConnectionPtr& connection, net::Endpoint::Kind kind) {
-  auto peer = std::make_shared<Peer>(connection, kind, options_);
+  auto user = gate_->authenticate(connection->peer(), kind);
+  if (!user) return user.error();
+  auto peer = std::make_shared<Peer>(connection, kind, *std::move(user), rooms_->first(), options_);
   connection->user_data = std::weak_ptr<Peer>(peer);  // `peers` holds it: the two must not hold each other
-  log_.info("{} \"{}\" connected as {}", connection->peer().program, connection->peer().name, peer->id);
-  const std::lock_guard lock(peers_mutex_);
-  peers_.emplace(peer->id, peer);
-  ++clients_served_;
-  return {};
-}
-
-Status Peers::on_message(const net::ConnectionPtr& connection, const v1::Envelope& envelope) {
-  const PeerPtr peer = peer_of(connection);
-  if (!peer) return make_error(ErrorCode::internal, "a message of nobody");
-  switch (envelope.body_case()) {
-    case v1::Envelope::kJoin:
-      return join(peer, envelope.join());
-    case v1::Envelope::kSubmit:
-      submit(peer, envelope.submit());
-      return {};
-    case v1::Envelope::kAsk:
-      ask(peer, envelope.ask());
-      return {};
-    case v1::Envelope::kPresence:
-      presence(peer, envelope.presence());
-      return {};
-    case v1::Envelope::kTracking:
-      tracking(peer, envelope.tracking());
-      return {};
-    case v1::Envelope::kHandCommand:
-      hand_command(peer, envelope.hand_command());
-      return {};
-    default: {
-      const auto* kind = v1::Envelope::descriptor()->FindFieldByNumber(envelope.body_case());
-      return make_error(
-          ErrorCode::invalid_argument,
-          fmt::format(
-              "found the message \"{}\", expected join, submit, ask, presence, tracking or hand_command",
-              kind == nullptr ? "" : kind->name()),
-          "body");
-    }
-  }
-}
-
-void Peers::on_closed(const net::ConnectionPtr& connection, const std::string& reason) {
-  const PeerPtr peer = peer_of(connection);
-  if (!peer) return;
+  PeerPtr older;
   {
     const std::lock_guard lock(peers_mutex_);
-    peers_.erase(peer->id);
+    if (const auto found = peers_.find(peer->id); found != peers_.end()) older = found->second;
   }
-  log_.info("\"{}\" ({}) is gone: {}", connection->peer().name, peer->id, reason);
-  bool present = false;
-  bool brings_hands = false;
-  {
-    const std::lock_guard lock(peer->mutex);
-    present = peer->present;
-    brings_hands = peer->brings_hands;
-    peer->joined = false;
+  if (older) {
+    // It has come anew before we knew that its connection was lost. What it held is free before it asks for
+    // it again.
+    depart(older, "the same client has connected anew");
+    older->connection->fail(
+        make_error(ErrorCode::cancelled, "the same client has connected anew", "hello.client_key"));
   }
-  if (brings_hands) actor_->hand_gone(peer->hands);  // Which tells the others when the last frame is handled.
-  if (present && !brings_hands) {
-    v1::Presence gone;
-    gone.set_client_id(peer->id);
-    gone.set_name(connection->peer().name);
-    gone.set_gone(true);
-    send_presence(clean_presence(std::move(gone)), peer.get());
-  }
-}
-
-net::OverflowAction Peers::on_overflow(const net::ConnectionPtr& connection) {
-  const PeerPtr peer = peer_of(connection);
-  if (!peer) return net::OverflowAction::close;
-  const std::lock_guard lock(peer->mutex);
-  if (!peer->joined) return net::OverflowAction::close;
-  log_.warning("\"{}\" ({}) reads too slowly: begins anew with a snapshot", connection->peer().name,
-               peer->id);
-  peer->viewer.reset();
-  peer->has = nullptr;
-  return net::OverflowAction::reseed;
-}
-
-Status Peers::join(const PeerPtr& peer, const v1::Join& message) {
-  if (!message.model().empty() && message.model() != options_.model_name) {
-    return make_error(
-        ErrorCode::not_found,
-        fmt::format("found \"{}\", expected \"{}\" or nothing", message.model(), options_.model_name),
-        "join.model");
-  }
-  {
-    const std::lock_guard lock(peer->mutex);
-    peer->joined = true;
-    peer->viewer.reset();
-    peer->has = nullptr;
-  }
-  const std::weak_ptr<Peers> weak = weak_from_this();
-  const std::weak_ptr<Peer> weak_peer = peer;
-  peer->connection->set_pull([weak, weak_peer]() -> std::optional<net::Frame> {
-    const auto self = weak.lock();
-    const auto viewer = weak_peer.lock();
-    return self && viewer ? self->pull(*viewer) : std::nullopt;
-  });
-  peer->connection->notify_pull();
+  log_.info("{} \"{}\" connected as {}", connection->peer().program, connection->peer().name, peer->id);
+  const std::lock_guard lock(peers_mutex_);
+  peers_[peer->id] = peer;
+  peer->number = ++clients_served_;
   return {};
 }
 
-std::optional<net::Frame> Peers::pull(Peer& peer) {
-  const stream::ScenePtr scene = actor_->scene();
-  const std::lock_guard lock(peer.mutex);
-  if (!peer.joined || peer.has == scene) return std::nullopt;
-  const std::optional<v1::Envelope> envelope = peer.viewer.next(*scene);
-  if (!envelope) {
-    peer.has = scene;
-    return std::nullopt;
-  }
-  auto frame = net::encode_frame(*envelope, options_.net.max_frame_bytes);
-  if (!frame) {
-    log_.error("a scene message cannot be sent: {}", frame.error().describe());
-    return std::nullopt;
-  }
-  if (envelope->has_delta() && scene->capture_time_ns > peer.shown_capture_ns) {
-    peer.shown_capture_ns = scene->capture_time_ns;
-    const std::lock_guard latency_lock(latency_mutex_);
-    capture_to_delta_.add(clock_.now() - from_ns(scene->capture_time_ns));
-  }
-  return *std::move(frame);
+v1::Role Peers::role_of(const Peer& peer, const Room& room) const {
+  return access::lesser(peer.connection->peer().role, gate_->role_of(peer.user, room.name));
 }
 
-namespace {
-
-void send_ack(Peer& peer, std::uint64_t request, const Result<ModelActor::Outcome>& outcome) {
+void Peers::send_joined(const Peer& peer, const Room& room, v1::Role role, bool resumed) const {
+  if (!knows_sharing(peer)) return;
   v1::Envelope envelope;
-  v1::Ack& ack = *envelope.mutable_ack();
-  ack.set_request(request);
-  if (outcome) {
-    ack.set_sequence(outcome->sequence);
-    ack.mutable_entities()->Assign(outcome->entities.begin(), outcome->entities.end());
-    ack.mutable_notes()->Assign(outcome->notes.begin(), outcome->notes.end());
-  } else {
-    set_failure(*ack.mutable_failure(), outcome.error());
-  }
-  peer.connection->send(envelope);  // false: the peer is gone, or about to begin anew
-}
-
-}  // namespace
-
-void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
-  const std::uint64_t request = message.request();
-  if (peer->connection->peer().role != v1::ROLE_EDITOR) {
-    send_ack(
-        *peer, request,
-        make_error(ErrorCode::permission_denied, "a viewer may not change the model, expected ROLE_EDITOR"));
-    return;
-  }
-  const std::size_t bytes = message.ByteSizeLong();
-  begin_request(*peer, bytes);
-  v1::Operation operation = message.operation();
-  operation.set_client_id(peer->id);
-  model::FileAccess files = options_.files;
-  // TCP knows no users: whoever connects gets the folders, not the machine.
-  if (peer->kind != net::Endpoint::Kind::unix_socket) files.scope = model::FileAccess::Scope::within_folders;
-  actor_->submit(std::move(operation), std::move(files), [peer, bytes, request](const auto& outcome) {
-    send_ack(*peer, request, outcome);
-    finish_request(*peer, bytes);
-  });
-}
-
-void Peers::ask(const PeerPtr& peer, const v1::Ask& message) {
-  const std::uint64_t request = message.request();
-  const auto answer = [peer, request, limit = options_.net.max_frame_bytes](Result<v1::QueryResult> result) {
-    v1::Envelope envelope;
-    envelope.mutable_answer()->set_request(request);
-    if (result) {
-      *envelope.mutable_answer()->mutable_result() = *std::move(result);
-      const auto frame = net::encode_frame(envelope, limit);
-      if (frame) {
-        peer->connection->send(*frame);
-        return;
-      }
-      envelope.mutable_answer()->clear_result();
-      set_failure(*envelope.mutable_answer()->mutable_failure(), frame.error());
-    } else {
-      set_failure(*envelope.mutable_answer()->mutable_failure(), result.error());
-    }
-    peer->connection->send(envelope);
-  };
-  const std::size_t bytes = message.ByteSizeLong();
-  begin_request(*peer, bytes);
-  actor_->ask(message.query(), [peer, bytes, answer](Result<v1::QueryResult> result) {
-    answer(std::move(result));
-    finish_request(*peer, bytes);
-  });
-}
-
-void Peers::presence(const PeerPtr& peer, v1::Presence message) {
-  message.set_client_id(peer->id);
-  message.set_name(peer->connection->peer().name);
-  message.set_gone(false);
-  {
-    const std::lock_guard lock(peer->mutex);
-    if (peer->brings_hands) return;  // The server tells more of them, and two stories would alternate.
-    peer->present = true;
-  }
-  send_presence(clean_presence(std::move(message)), peer.get());
-}
-
-Status Peers::begin_hands(Peer& peer) {
-  if (peer.connection->peer().role != v1::ROLE_EDITOR) {
-    return make_error(ErrorCode::permission_denied, "a viewer may bring no hands, expected ROLE_EDITOR");
-  }
-  const std::lock_guard lock(peer.mutex);
-  if (!peer.joined) {
-    return make_error(ErrorCode::failed_precondition, "found a hand before its client has joined");
-  }
-  peer.brings_hands = true;
-  return {};
-}
-
-void Peers::complain(Peer& peer, const Error& error) const {
-  const auto kept_back = peer.complaints.allow(clock_.now());
-  if (!kept_back) return;
-  log_.debug("a frame of \"{}\" ({}) is left out: {}", peer.hands.name, peer.id, error.describe());
-  v1::Envelope envelope;
-  set_failure(*envelope.mutable_failure(), error);
+  envelope.mutable_joined()->set_model(room.name);
+  envelope.mutable_joined()->set_role(role);
+  envelope.mutable_joined()->set_epoch(room.epoch);
+  envelope.mutable_joined()->set_resumed(resumed);
   peer.connection->send(envelope);
 }
 
-void Peers::tracking(const PeerPtr& peer, const v1::TrackingFrame& frame) {
-  const Status allowed = begin_hands(*peer);
-  if (!allowed) {
-    complain(*peer, allowed.error());
-    return;
-  }
-  auto read = read_client_frame(frame, peer->clock, clock_.now(), options_.client_frames);
-  if (!read) {
-    complain(*peer, read.error());
-    return;
-  }
-  if (actor_->push_hand(peer->hands, *std::move(read)) == HandInbox::Taken::left_out) {
-    complain(*peer, make_error(ErrorCode::resource_exhausted,
-                               fmt::format("more than {} frames a second, some are left out",
-                                           options_.actor.client_frames.max_frames_per_s),
-                               "tracking"));
+void Peers::look_at_access() {
+  if (!gate_->poll()) return;
+  for (const PeerPtr& peer : everybody()) {
+    const RoomPtr room = room_of(*peer);
+    const v1::Role role = role_of(*peer, *room);
+    if (!gate_->still_welcome(peer->user) || role == v1::ROLE_UNSPECIFIED) {
+      peer->connection->fail(
+          make_error(ErrorCode::permission_denied, "your access to this server was revoked", "user"));
+      continue;
+    }
+    {
+      const std::lock_guard lock(peer->mutex);
+      if (!peer->joined || std::exchange(peer->told_role, role) == role) continue;
+    }
+    send_joined(*peer, *room, role, true);
+    send_people(*room);
   }
 }
 
-void Peers::hand_command(const PeerPtr& peer, const v1::HandCommand& message) {
-  const std::uint64_t request = message.request();
-  const Status allowed = begin_hands(*peer);
-  if (!allowed) {
-    send_ack(*peer, request, allowed.error());
-    return;
+Status Peers::join(const PeerPtr& peer, const v1::Join& message) {
+  const std::string name = message.model().empty() ? rooms_->first()->name : message.model();
+  if (Status good = check_model_name(name); !good) return good;
+  const auto role = gate_->enter(peer->user, name, peer->connection->peer().role);
+  if (!role) return role.error();
+  RoomPtr again;
+  {
+    const std::lock_guard lock(peer->mutex);
+    if (peer->entering || (peer->counted && peer->room->name != name)) {
+      return make_error(ErrorCode::failed_precondition,
+                        fmt::format("found \"{}\" on a connection that has joined another model", name),
+                        "join.model");
+    }
+    if (peer->counted) {
+      again = peer->room;
+    } else {
+      peer->entering = true;
+    }
   }
-  const std::size_t bytes = message.ByteSizeLong();
-  begin_request(*peer, bytes);
-  actor_->command(peer->hands, message, [peer, bytes, request](const auto& outcome) {
-    send_ack(*peer, request, outcome);
-    finish_request(*peer, bytes);
+  if (again) {
+    begin(peer, again, message, *role);
+    return {};
+  }
+  // What it says next is about the model that it asked for.
+  peer->connection->pause_reading();
+  const bool may_make =
+      access::at_least(*role, v1::ROLE_EDITOR) && gate_->role_of(peer->user, name) == v1::ROLE_OWNER;
+  rooms_->enter(name, may_make ? Rooms::IfMissing::make : Rooms::IfMissing::refuse,
+                [weak = weak_from_this(), peer, message, granted = *role](const Result<RoomPtr>& room) {
+                  if (const auto self = weak.lock()) self->entered(peer, message, granted, room);
+                });
+  return {};
+}
+
+void Peers::entered(const PeerPtr& peer, const v1::Join& message, v1::Role role,
+                    const Result<RoomPtr>& room) {
+  bool gone = false;
+  {
+    const std::lock_guard lock(peer->mutex);
+    peer->entering = false;
+    gone = peer->gone;
+    if (room && !gone) {
+      peer->room = *room;
+      peer->counted = true;
+    }
+  }
+  if (!room) {
+    peer->connection->fail(room.error());
+  } else if (gone) {
+    rooms_->leave(*room);
+  } else {
+    begin(peer, *room, message, role);
+  }
+  peer->connection->resume_reading();
+}
+
+void Peers::begin(const PeerPtr& peer, const RoomPtr& room, const v1::Join& message, v1::Role role) {
+  gate_->joined(peer->user, room->name, role, peer->connection->peer().program);
+  {
+    const std::lock_guard lock(peer->mutex);
+    peer->joined = true;
+    peer->seated = false;
+    peer->told_role = role;
+    if (peer->joined_ns == 0) peer->joined_ns = options_.wall_ns();
+  }
+  room->actor->viewer_came(peer->id, peer->hands.name, [weak = weak_from_this(), peer, room, message] {
+    if (const auto self = weak.lock()) self->seat(peer, room, message);
   });
 }
 
+void Peers::seat(const PeerPtr& peer, const RoomPtr& room, const v1::Join& message) {
+  bool resumed = false;
+  v1::Role role = v1::ROLE_UNSPECIFIED;
+  {
+    const std::lock_guard lock(peer->mutex);
+    if (!peer->joined) return;
+    resumed = peer->viewer.resume(message, *room->actor->scene());
+    peer->has.reset();
+    role = peer->told_role;
+  }
+  send_joined(*peer, *room, role, resumed);
+  {
+    const std::lock_guard lock(peer->mutex);
+    peer->seated = true;  // From now on, since the scene comes after that.
+  }
+  peer->connection->set_pull(
+      [weak = weak_from_this(), weak_peer = std::weak_ptr(peer)]() -> std::optional<net::Frame> {
+        const auto self = weak.lock();
+        const auto viewer = weak_peer.lock();
+        return self && viewer ? self->pull(*viewer) : std::nullopt;
+      });
+  peer->connection->notify_pull();
+  send_people(*room);
+}
+
+// ---- going
+
+void Peers::on_closed(const net::ConnectionPtr& connection, const std::string& reason) {
+  if (const PeerPtr peer = peer_of(connection)) depart(peer, reason);
+}
+
+void Peers::depart(const PeerPtr& peer, const std::string& reason) {
+  RoomPtr room;
+  bool present = false;
+  bool brings_hands = false;
+  bool counted = false;
+  {
+    const std::lock_guard lock(peer->mutex);
+    if (std::exchange(peer->gone, true)) return;
+    room = peer->room;
+    present = peer->present;
+    brings_hands = peer->brings_hands;
+    counted = peer->counted;
+    peer->joined = peer->seated = false;
+    peer->viewer.reset();
+  }
+  {
+    const std::lock_guard lock(peers_mutex_);
+    const auto found = peers_.find(peer->id);
+    if (found != peers_.end() && found->second == peer) peers_.erase(found);
+  }
+  log_.info("\"{}\" ({}) is gone: {}", peer->hands.name, peer->id, reason);
+  gate_->left(peer->user, room->name, reason);
+  if (brings_hands)
+    room->actor->hand_gone(peer->hands);  // Which tells the others when the last frame is handled.
+  if (present && !brings_hands) {
+    v1::Presence gone;
+    gone.set_client_id(peer->id);
+    gone.set_name(peer->hands.name);
+    gone.set_gone(true);
+    send_presence(*room, clean_presence(std::move(gone)), peer.get());
+  }
+  if (!counted) return;
+  room->actor->viewer_gone(peer->id);
+  rooms_->leave(room);
+  send_people(*room);
+}
+
+// Only answers come to that: a scene is composed when there is room for it, and presence is dropped. Who has
+// left so many unread would not miss a closed connection, and by its client_op_ids it may ask for them again.
+net::OverflowAction Peers::on_overflow(const net::ConnectionPtr& connection) {
+  if (const PeerPtr peer = peer_of(connection)) {
+    log_.warning("\"{}\" ({}) leaves its answers unread: closed", connection->peer().name, peer->id);
+  }
+  return net::OverflowAction::close;
+}
+
+// ---- figures
+
 bool Peers::flushed() const {
-  const stream::ScenePtr scene = actor_->scene();
   for (const PeerPtr& peer : everybody()) {
+    const stream::ScenePtr scene = room_of(*peer)->actor->scene();
     {
       const std::lock_guard lock(peer->mutex);
       if (!peer->joined) continue;
-      if (peer->has != scene) return false;
+      if (peer->has.lock() != scene) return false;
     }
     if (peer->connection->statistics().queued_frames > 0) return false;
   }

@@ -1,6 +1,10 @@
 #pragma once
-// Everybody who is connected to a model, whatever their messages come by: who they are, what they may do
-// (U2), and what each is sent. All of the server but its sockets (server.h).
+// Everybody who is connected to a server's models, whatever their messages come by: who they are, what they
+// may do (U2), which model they work on (rooms.h), and what each is sent. All of the server but its sockets
+// (server.h).
+//
+//   peers.cpp          who comes, joins and goes; presence and people
+//   peer_requests.cpp  what they ask for, and the scenes that they are sent
 
 #include <atomic>
 #include <cstdint>
@@ -19,8 +23,10 @@
 #include "common/net/endpoint.h"
 #include "common/net/message_server.h"
 #include "proto/session.pb.h"
+#include "server-model/access/gate.h"
 #include "server-model/session/latency.h"
 #include "server-model/session/model_actor.h"
+#include "server-model/session/rooms.h"
 #include "server-model/session/server_options.h"
 
 namespace handloft::session {
@@ -30,7 +36,8 @@ using PeerPtr = std::shared_ptr<Peer>;
 
 class Peers : public std::enable_shared_from_this<Peers> {
  public:
-  /// Starts the model's thread. `clock` must outlive it; `on_end_of_recording` comes from the model's thread.
+  /// Starts the first model's thread. `clock` must outlive it; `on_end_of_recording` comes from the model's
+  /// thread.
   static std::shared_ptr<Peers> start(model::Model initial, ServerOptions options, const Clock& clock,
                                       const Logger& log, std::function<void()> on_end_of_recording = {});
   ~Peers();
@@ -38,9 +45,11 @@ class Peers : public std::enable_shared_from_this<Peers> {
   Peers& operator=(const Peers&) = delete;
 
   /// What a server whose endpoints are of that kind calls. Connections of all servers must have different
-  /// ids.
+  /// ids, but for a client with a key (client_id.h) that comes anew: then the older one is closed.
   net::ServerEvents events(net::Endpoint::Kind kind);
-  ModelActor& actor() { return *actor_; }
+  /// Of the first model: the one that the server's own tracking shapes.
+  ModelActor& actor() { return *rooms_->first()->actor; }
+  Rooms& rooms() { return *rooms_; }
   const ServerOptions& options() const { return options_; }
 
   /// See Server.
@@ -50,30 +59,57 @@ class Peers : public std::enable_shared_from_this<Peers> {
   std::uint64_t clients_served() const;
   LatencySummary capture_to_delta() const;
 
+  /// To be called a few times a second: ends leases that nobody renews, closes models that nobody uses,
+  /// re-seeds who has stalled (U4), and looks at access.
+  void tick();
   /// No message is handled any more, and nobody comes in.
   void close();
+  /// close(), and returns when all models are on the disk.
+  void stop();
+  /// Part of tick(): closes whom `handloft-modeld revoke` has revoked, and tells those whose role has
+  /// changed.
+  void look_at_access();
 
  private:
   Peers(ServerOptions options, const Clock& clock, Logger log);
 
+  RoomPtr furnish(std::string name, model::Model model, ActorOptions options,
+                  std::function<void()> on_end_of_recording);
   std::vector<PeerPtr> everybody() const;
-  void notify_viewers() const;
-  /// To all that have joined but `from`; null: to all.
-  void send_presence(const v1::Presence& presence, const Peer* from) const;
+  std::vector<PeerPtr> everybody_in(const Room& room) const;
+  void notify_viewers(const Room& room) const;
+  /// To all in the room but `from`; null: to all.
+  void send_presence(const Room& room, const v1::Presence& presence, const Peer* from) const;
+  void send_people(const Room& room) const;
+  v1::People people_in(const Room& room) const;
+  void send_joined(const Peer& peer, const Room& room, v1::Role role, bool resumed) const;
 
   Status on_join(const net::ConnectionPtr& connection, net::Endpoint::Kind kind);
   Status on_message(const net::ConnectionPtr& connection, const v1::Envelope& envelope);
+  Result<net::Admission> admit(const net::PeerInfo& info, net::Endpoint::Kind kind);
+  /// What it may do on a model now: what it asked for at most.
+  v1::Role role_of(const Peer& peer, const Room& room) const;
   void on_closed(const net::ConnectionPtr& connection, const std::string& reason);
   net::OverflowAction on_overflow(const net::ConnectionPtr& connection);
+  /// Once for each peer, whatever ends it.
+  void depart(const PeerPtr& peer, const std::string& reason);
 
   Status join(const PeerPtr& peer, const v1::Join& message);
+  void entered(const PeerPtr& peer, const v1::Join& message, v1::Role role, const Result<RoomPtr>& room);
+  void begin(const PeerPtr& peer, const RoomPtr& room, const v1::Join& message, v1::Role role);
+  /// On the model's thread: the scene is as this viewer is to see it.
+  void seat(const PeerPtr& peer, const RoomPtr& room, const v1::Join& message);
   void submit(const PeerPtr& peer, const v1::Submit& message);
   void ask(const PeerPtr& peer, const v1::Ask& message);
+  /// What the models themselves do not know; nullopt: they do.
+  std::optional<v1::QueryResult> answer_of_peers(const Peer& peer, const Room& room,
+                                                 const v1::Query& query) const;
   void presence(const PeerPtr& peer, v1::Presence message);
   void tracking(const PeerPtr& peer, const v1::TrackingFrame& frame);
   void hand_command(const PeerPtr& peer, const v1::HandCommand& message);
+  void lease(const PeerPtr& peer, const v1::Lease& message);
   /// Editors that have joined may; from then on the server tells of them.
-  static Status begin_hands(Peer& peer);
+  Result<RoomPtr> begin_hands(Peer& peer, v1::Envelope::BodyCase message);
   /// Tells a peer what is wrong with its frames, now and then.
   void complain(Peer& peer, const Error& error) const;
   std::optional<net::Frame> pull(Peer& peer);
@@ -81,8 +117,10 @@ class Peers : public std::enable_shared_from_this<Peers> {
   const ServerOptions options_;
   const Clock& clock_;
   Logger log_;
-  std::unique_ptr<ModelActor> actor_;
+  const std::shared_ptr<access::Gate> gate_;
+  std::unique_ptr<Rooms> rooms_;
   std::atomic<bool> closed_ = false;
+  std::atomic<std::uint64_t> last_epoch_ = 0;
 
   mutable std::mutex peers_mutex_;
   std::map<std::uint64_t, PeerPtr> peers_;

@@ -18,6 +18,7 @@ namespace {
 constexpr std::size_t max_text_bytes = 256;
 /// A stroke of half a minute; a viewer cannot tell more of them apart.
 constexpr std::size_t max_curve_points = 1024;
+constexpr int max_selection = 64;
 constexpr std::size_t curve_point_bytes = 3 * sizeof(float);
 static_assert(std::endian::native == std::endian::little, "Polyline.points are little-endian");
 
@@ -92,6 +93,10 @@ v1::Presence clean_presence(v1::Presence presence) {
   if (presence.has_hand()) clean_hand(*presence.mutable_hand());
   if (presence.has_head()) clean_head(*presence.mutable_head());
   shorten(*presence.mutable_mode());
+  if (presence.selection_size() > max_selection) {
+    presence.mutable_selection()->DeleteSubrange(max_selection, presence.selection_size() - max_selection);
+  }
+  for (std::string& id : *presence.mutable_selection()) shorten(id);
   if (!finite(presence.disk())) presence.clear_disk();
   if (!finite(presence.symmetry_plane())) presence.clear_symmetry_plane();
   if (!std::isfinite(presence.range())) presence.clear_range();
@@ -149,6 +154,10 @@ v1::Presence hand_presence(const v1::TrackingFrame& frame, int hand,
   presence.set_tool(activity.tool);
   const bool own = owner.client_id != 0;
   presence.set_entity(own && activity.entity.empty() ? interaction.active_shape() : activity.entity);
+  for (std::string& id : interaction.selection()) presence.add_selection(std::move(id));
+  if (!presence.entity().empty() && interaction.selection() != std::vector<std::string>{presence.entity()}) {
+    presence.add_selection(presence.entity());
+  }
   presence.set_capture_time_ns(frame.capture_time_ns());
   if (activity.disk) {
     set_vec3(*presence.mutable_disk()->mutable_centre(), activity.disk->centre);

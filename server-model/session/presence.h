@@ -13,7 +13,7 @@ namespace handloft::session {
 
 /// `presence` without covariances, devices' raw values and anything that is not a finite number (a fingertip
 /// or head with such a number becomes LOST; a disk, plane or curve goes); strings cut to 256 bytes, at most
-/// five fingertips, a curve of at most 1024 points or none.
+/// five fingertips, 64 selected entities, a curve of at most 1024 points or none.
 v1::Presence clean_presence(v1::Presence presence);
 
 /// Whose hands they are.

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "common/net/paired_server.h"
+
 namespace handloft::session {
 
 void set_failure(v1::Failure& failure, const Error& error) {
@@ -25,13 +27,22 @@ RemoteTarget::RemoteTarget(net::SyncClient client, RemoteTargetOptions options)
 Result<RemoteTarget> RemoteTarget::connect(const net::Endpoint& endpoint, const Clock& clock,
                                            RemoteTargetOptions options) {
   net::ClientOptions client_options;
-  client_options.role = v1::ROLE_EDITOR;
+  client_options.role = options.role;
+  auto tls = net::tls_to(endpoint);
+  if (!tls) return tls.error();
+  client_options.tls = *std::move(tls);
   client_options.program = "handloft-modeld run";
   client_options.name = options.name;
   client_options.connect_timeout = options.connect_timeout;
   auto client = net::SyncClient::connect(endpoint, client_options, clock);
   if (!client) return client.error();
-  return RemoteTarget(*std::move(client), std::move(options));
+  RemoteTarget target(*std::move(client), std::move(options));
+  if (target.options_.model.empty()) return target;
+  v1::Envelope join;
+  join.mutable_join()->set_model(target.options_.model);
+  auto joined = target.exchange(join, [](const v1::Envelope& e) { return e.has_joined(); });
+  if (!joined) return joined.error();
+  return target;
 }
 
 template <typename IsAnswer>
@@ -54,6 +65,7 @@ Result<model::ScriptTarget::Outcome> RemoteTarget::submit(const v1::Operation& o
   v1::Envelope question;
   question.mutable_submit()->set_request(request);
   *question.mutable_submit()->mutable_operation() = operation;
+  question.mutable_submit()->set_answer_when(options_.answer_when);
   auto envelope =
       exchange(question, [&](const v1::Envelope& e) { return e.has_ack() && e.ack().request() == request; });
   if (!envelope) return envelope.error();
@@ -63,6 +75,7 @@ Result<model::ScriptTarget::Outcome> RemoteTarget::submit(const v1::Operation& o
   outcome.sequence = ack.sequence();
   outcome.entities.assign(ack.entities().begin(), ack.entities().end());
   outcome.notes.assign(ack.notes().begin(), ack.notes().end());
+  outcome.durable = ack.level() == v1::SAVE_LEVEL_DURABLE;
   return outcome;
 }
 

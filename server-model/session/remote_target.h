@@ -11,6 +11,10 @@ namespace handloft::session {
 
 struct RemoteTargetOptions {
   std::string name = "script";  ///< Shown to others.
+  v1::Role role = v1::ROLE_EDITOR;
+  /// How safe an operation is to be when it is answered; unspecified: as the server is configured.
+  v1::SaveLevel answer_when = v1::SAVE_LEVEL_UNSPECIFIED;
+  std::string model = {};  ///< Of a server that has several; empty: its first.
   /// Tries again so long while nobody listens; 0: once, so that a wrong path is told at once.
   std::chrono::milliseconds connect_timeout{0};
   std::chrono::milliseconds answer_timeout{

@@ -18,6 +18,7 @@ class ScriptTarget {
     std::uint64_t sequence = 0;         ///< 0: nothing changed.
     std::vector<std::string> entities;  ///< Created, changed or removed, ascending.
     std::vector<std::string> notes;     ///< Warnings in words.
+    bool durable = false;               ///< It is on the disk of whoever keeps the model.
   };
 
   virtual ~ScriptTarget() = default;

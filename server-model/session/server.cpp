@@ -1,6 +1,11 @@
 #include "server-model/session/server.h"
 
+#include <algorithm>
 #include <atomic>
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <chrono>
 #include <utility>
 
 #include "server-model/session/peers.h"
@@ -9,11 +14,41 @@ namespace handloft::session {
 namespace {
 
 /// Each endpoint numbers its clients from a multiple of this, so that all have different ids.
-constexpr int endpoint_shift = 40;
+constexpr int endpoint_shift = 48;
+/// Who is revoked is gone within a second.
+constexpr std::chrono::milliseconds look_every{200};
+
+/// What is to be looked at again and again: Peers::tick().
+class Watch : public std::enable_shared_from_this<Watch> {
+ public:
+  Watch(const boost::asio::any_io_executor& executor, const std::shared_ptr<Peers>& peers)
+      : strand_(boost::asio::make_strand(executor)), timer_(strand_), peers_(peers) {}
+
+  void next() {
+    timer_.expires_after(look_every);
+    timer_.async_wait([self = shared_from_this()](const boost::system::error_code& error) {
+      const auto peers = self->peers_.lock();
+      if (error || !peers || self->stopped_) return;
+      peers->tick();
+      self->next();
+    });
+  }
+  void stop() {
+    stopped_ = true;
+    boost::asio::dispatch(strand_, [self = shared_from_this()] { self->timer_.cancel(); });
+  }
+
+ private:
+  boost::asio::strand<boost::asio::any_io_executor> strand_;
+  boost::asio::steady_timer timer_;
+  std::weak_ptr<Peers> peers_;
+  std::atomic<bool> stopped_ = false;
+};
 
 }  // namespace
 
 struct Server::Implementation {
+  std::shared_ptr<Watch> watch;
   std::shared_ptr<Peers> peers;
   std::vector<std::unique_ptr<net::MessageServer>> servers;
   std::atomic<bool> stopped = false;
@@ -30,8 +65,23 @@ Result<std::unique_ptr<Server>> Server::start(const boost::asio::any_io_executor
                                               model::Model initial, ServerOptions options, const Clock& clock,
                                               const Logger& log, std::function<void()> on_end_of_recording) {
   if (endpoints.empty()) return make_error(ErrorCode::invalid_argument, "found no endpoint", "listen");
-  options.net.roles = {v1::ROLE_VIEWER, v1::ROLE_EDITOR};
+  options.net.roles = {v1::ROLE_VIEWER, v1::ROLE_COMMENTER, v1::ROLE_EDITOR, v1::ROLE_OWNER};
+  const bool with_tls = std::any_of(endpoints.begin(), endpoints.end(), [](const net::Endpoint& each) {
+    return each.kind == net::Endpoint::Kind::tls;
+  });
+  if (with_tls && !options.net.tls) {
+    if (!options.gate)
+      return make_error(ErrorCode::failed_precondition, "a tls: endpoint needs users: --access FILE",
+                        "listen");
+    auto tls = options.gate->server_tls();
+    if (!tls) return tls.error();
+    options.net.tls = *std::move(tls);
+  }
   net::ServerOptions net = options.net;
+  net.outbox.max_queued_bytes = options.client_memory.answers_bytes;
+  net.outbox.max_slots = options.client_memory.max_presences;
+  net.outbox.max_slot_bytes = options.client_memory.presence_bytes;
+  net.outbox.max_notice_bytes = options.client_memory.notices_bytes;
   const std::uint64_t first_client_id = net.first_client_id;
   auto implementation = std::make_unique<Implementation>();
   implementation->peers =
@@ -42,11 +92,13 @@ Result<std::unique_ptr<Server>> Server::start(const boost::asio::any_io_executor
                                              implementation->peers->events(endpoints[i].kind), clock,
                                              log.component("net"));
     if (!server) {
-      implementation->peers->actor().stop();
+      implementation->peers->stop();
       return server.error();
     }
     implementation->servers.push_back(*std::move(server));
   }
+  implementation->watch = std::make_shared<Watch>(executor, implementation->peers);
+  implementation->watch->next();
   return std::unique_ptr<Server>(new Server(std::move(implementation)));
 }
 
@@ -82,9 +134,10 @@ LatencySummary Server::capture_to_delta() const {
 
 void Server::stop() {
   if (implementation_->stopped.exchange(true)) return;
+  implementation_->watch->stop();
   implementation_->peers->close();
   for (const auto& server : implementation_->servers) server->stop();
-  implementation_->peers->actor().stop();
+  implementation_->peers->stop();
 }
 
 }  // namespace handloft::session

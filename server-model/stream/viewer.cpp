@@ -53,7 +53,12 @@ v1::Representation to_proto(model::Representation representation) {
 
 bool same(const v1::HistoryState& a, const v1::HistoryState& b) {
   return a.undo_steps() == b.undo_steps() && a.redo_steps() == b.redo_steps() &&
-         a.next_undo() == b.next_undo() && a.next_redo() == b.next_redo();
+         a.next_undo() == b.next_undo() && a.next_redo() == b.next_redo() &&
+         a.undo_refused() == b.undo_refused() && a.redo_refused() == b.redo_refused();
+}
+
+bool same(const v1::StorageState& a, const v1::StorageState& b) {
+  return a.kept() == b.kept() && a.durable_sequence() == b.durable_sequence() && a.problem() == b.problem();
 }
 
 bool same(const v1::AlternativesState& a, const v1::AlternativesState& b) {
@@ -117,7 +122,78 @@ Result<v1::PointCloud> pack_points(const model::PointCloud& points, std::size_t 
 
 void Viewer::reset() {
   begun_ = false;
+  told_ = false;
   held_.clear();
+  comments_ = nullptr;
+  versions_ = nullptr;
+}
+
+bool Viewer::resume(const v1::Join& join, const Scene& scene) {
+  reset();
+  if (join.epoch() == 0 || join.epoch() != scene.epoch ||
+      static_cast<std::size_t>(join.have_size()) > limits_.max_held) {
+    return false;
+  }
+  for (const v1::HeldEntity& have : join.have()) {
+    Held& held = held_[have.id()];  // Also of what is gone by now: so it is told.
+    held = Held();
+    const auto found = scene.entities.find(have.id());
+    if (found == scene.entities.end()) continue;
+    const SceneEntity& entity = found->second;
+    const model::DualPtr shape = model::as_dual(entity.entity);
+    const std::size_t points = shape ? shape->points.size() : 0;
+    if (entity.revision == have.revision() && have.points() <= points) {
+      held.entity = entity;
+      held.unsure = true;
+      held.points = have.points();
+    } else {
+      held.unknown = true;
+    }
+    if (have.surface_id() != 0 && have.surface_id() == entity.surface_id) {
+      held.surface = entity.surface;
+      held.distances = entity.distances;
+    }
+  }
+  begun_ = true;
+  return true;
+}
+
+namespace {
+
+std::size_t bytes_of(const model::EntityPtr& entity) {
+  constexpr std::size_t per_icon = 256;
+  if (const model::DualPtr shape = model::as_dual(entity))
+    return shape->points.size() * sizeof(model::DualPoint);
+  const model::SculptPtr sculpted = model::as_sculpt(entity);
+  return sculpted ? sculpted->icons->size() * per_icon : 0;
+}
+
+std::size_t bytes_of(const v1::Mesh& mesh) {
+  return mesh.positions().size() + mesh.normals().size() + mesh.opacity().size() + mesh.indices().size();
+}
+
+}  // namespace
+
+bool Viewer::has_been_told(const v1::StorageState& storage) const {
+  return told_ && same(own_.storage, storage);
+}
+
+std::size_t Viewer::stale_bytes(const Scene& scene) const {
+  std::size_t bytes = 0;
+  for (const auto& [id, held] : held_) {
+    const auto found = scene.entities.find(id);
+    const SceneEntity* now = found == scene.entities.end() ? nullptr : &found->second;
+    if (held.entity.entity && (now == nullptr || now->entity != held.entity.entity)) {
+      bytes += bytes_of(held.entity.entity);
+    }
+    for (const auto& surface : {held.surface, held.entity.surface}) {
+      if (surface && (now == nullptr || now->surface != surface)) bytes += bytes_of(*surface);
+      if (held.surface == held.entity.surface) break;  // One and the same.
+    }
+    if (held.distances && (now == nullptr || now->distances != held.distances))
+      bytes += held.distances->size();
+  }
+  return bytes;
 }
 
 namespace {
@@ -140,10 +216,11 @@ bool Viewer::is_current(const Held& held, const SceneEntity& entity) const {
       !entity.surface || (held.surface == entity.surface && held.distances == entity.distances);
   const model::DualPtr shape = model::as_dual(entity.entity);
   const std::size_t points = shape ? shape->points.size() : 0;
-  return surface_current && held.points == points && held.entity.entity == entity.entity &&
+  return !held.unsure && surface_current && held.points == points && held.entity.entity == entity.entity &&
          held.entity.revision == entity.revision && held.entity.provisional == entity.provisional &&
          held.entity.provisional_by == entity.provisional_by && held.entity.selected == entity.selected &&
-         held.entity.target == entity.target && held.entity.icon_marks == entity.icon_marks;
+         held.entity.target == entity.target && held.entity.icon_marks == entity.icon_marks &&
+         held.entity.lease == entity.lease;
 }
 
 void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity,
@@ -156,16 +233,20 @@ void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity
   state.set_provisional_by(entity.provisional_by);
   state.set_selected(entity.selected);
   state.set_target(entity.target);
+  state.set_leased_by(entity.lease.client_id);
+  state.set_leased_by_name(entity.lease.name);
   if (const model::DualPtr shape = model::as_dual(entity.entity)) update_dual(held, *shape, entity, state);
   const model::SculptPtr sculpted = model::as_sculpt(entity.entity);
   const model::CadModelPtr cad = model::as_cad_model(entity.entity);
-  if (sculpted && icons_differ(held.entity, entity)) write_icons(entity, state);
+  if (sculpted && (held.unsure || held.unknown || icons_differ(held.entity, entity)))
+    write_icons(entity, state);
   if (sculpted || (cad && cad->rest) || model::as_reference(entity.entity)) {
     state.set_representation(v1::REPRESENTATION_SURFACE);
     state.set_surface_shown(true);
     update_surface(held, entity, state);
   }
   held.entity = entity;
+  held.unsure = held.unknown = false;
 }
 
 void Viewer::update_surface(Held& held, const SceneEntity& entity, v1::EntityState& state) {
@@ -180,6 +261,7 @@ void Viewer::update_surface(Held& held, const SceneEntity& entity, v1::EntitySta
     *state.mutable_surface() = *entity.surface;
   }
   if (entity.distances) state.set_distances(*entity.distances);
+  state.set_surface_id(entity.surface_id);
   held.surface = entity.surface;
   held.distances = entity.distances;
 }
@@ -193,13 +275,13 @@ void Viewer::update_dual(Held& held, const model::DualShape& shape, const SceneE
   const model::DualPtr before = model::as_dual(held.entity.entity);
   const std::size_t common = before ? std::min(held.points, common_prefix(before->points, shape.points)) : 0;
   const std::size_t end = std::min(shape.points.size(), common + limits_.max_points_per_message);
-  if (common != held.points || end != common) {
+  if (held.unknown || common != held.points || end != common) {
     auto packed = pack_points(shape.points, common, end);
     // The model's limits keep every point within the codec's reach.
     if (packed) *state.mutable_points() = *std::move(packed);
   }
   held.points = end;
-  if (curves_differ(before.get(), shape)) write_curves(shape, state);
+  if (held.unknown || curves_differ(before.get(), shape)) write_curves(shape, state);
   if (!shape.fitted()) {
     held.surface = nullptr;
     held.distances = nullptr;
@@ -208,7 +290,7 @@ void Viewer::update_dual(Held& held, const model::DualShape& shape, const SceneE
   }
 }
 
-std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
+std::optional<v1::Envelope> Viewer::next(const Scene& scene, const Personal& own) {
   v1::Envelope envelope;
   std::size_t bytes = 0;
   const auto add_changed = [&](auto& list) {
@@ -230,32 +312,50 @@ std::optional<v1::Envelope> Viewer::next(const Scene& scene) {
     v1::SceneSnapshot& snapshot = *envelope.mutable_snapshot();
     snapshot.set_epoch(scene.epoch);
     snapshot.set_sequence(scene.sequence);
-    *snapshot.mutable_history() = scene.history;
+    *snapshot.mutable_history() = own.history;
+    *snapshot.mutable_storage() = own.storage;
     *snapshot.mutable_alternatives() = scene.alternatives;
+    *snapshot.mutable_comments() = *scene.comments;
+    *snapshot.mutable_versions() = *scene.versions;
     add_changed(*snapshot.mutable_entities());
   } else {
     v1::SceneDelta& delta = *envelope.mutable_delta();
     delta.set_epoch(scene.epoch);
     delta.set_sequence(scene.sequence);
     delta.set_capture_time_ns(scene.capture_time_ns);
-    *delta.mutable_history() = scene.history;
-    const bool alternatives_current = same(alternatives_, scene.alternatives);
-    if (!alternatives_current) *delta.mutable_alternatives() = scene.alternatives;
+    *delta.mutable_history() = own.history;
+    bool current = told_ && sequence_ == scene.sequence && same(own_.history, own.history);
+    if (!told_ || !same(own_.storage, own.storage)) {
+      *delta.mutable_storage() = own.storage;
+      current = false;
+    }
+    if (!told_ || !same(alternatives_, scene.alternatives)) {
+      *delta.mutable_alternatives() = scene.alternatives;
+      current = false;
+    }
+    if (!told_ || comments_ != scene.comments) {
+      *delta.mutable_comments() = *scene.comments;
+      current = false;
+    }
+    if (!told_ || versions_ != scene.versions) {
+      *delta.mutable_versions() = *scene.versions;
+      current = false;
+    }
     for (auto held = held_.begin(); held != held_.end();) {
       const bool gone = !scene.entities.contains(held->first);
       if (gone) delta.add_removed(held->first);
       held = gone ? held_.erase(held) : std::next(held);
     }
     add_changed(*delta.mutable_changed());
-    if (delta.changed().empty() && delta.removed().empty() && sequence_ == scene.sequence &&
-        same(history_, scene.history) && alternatives_current) {
-      return std::nullopt;
-    }
+    if (current && delta.changed().empty() && delta.removed().empty()) return std::nullopt;
   }
   begun_ = true;
+  told_ = true;
   sequence_ = scene.sequence;
-  history_ = scene.history;
+  own_ = own;
   alternatives_ = scene.alternatives;
+  comments_ = scene.comments;
+  versions_ = scene.versions;
   return envelope;
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 // What one viewer has, and what to send it next (architecture idea 5): a snapshot to begin with, then what
 // differs between what it has and the scene as it is at the moment of sending. So a slow viewer is never sent
-// a backlog, a late joiner is no special case, and a growing stroke costs its new points only.
+// a backlog, a late joiner is no special case, and a growing stroke costs its new points only. One that comes
+// again and says what it holds (U3) goes on from there.
 
 #include <cstddef>
 #include <cstdint>
@@ -18,6 +19,8 @@ struct ViewerLimits {
   /// Larger scenes are sent in several messages, well below the frame limit of 16 MiB.
   std::size_t max_message_bytes = 4U << 20;
   std::size_t max_points_per_message = 200'000;  ///< 14 bytes each: 2.8 MB
+  /// What a Join may say that it holds; one that says more begins with a snapshot.
+  std::size_t max_held = 100'000;
 };
 
 /// How many leading points of two clouds look alike (position and pressure). O(chunks) when they share their
@@ -35,10 +38,23 @@ class Viewer {
 
   /// The next message towards `scene`: a SceneSnapshot first, then SceneDelta; nullopt when the viewer has it
   /// all. The message counts as delivered.
-  std::optional<v1::Envelope> next(const Scene& scene);
+  std::optional<v1::Envelope> next(const Scene& scene, const Personal& own);
+  /// For viewers without steps of their own, of what is not kept.
+  std::optional<v1::Envelope> next(const Scene& scene) { return next(scene, Personal{scene.history, {}}); }
 
   /// The viewer has nothing (any more): the next message is a snapshot.
   void reset();
+  /// Begins with what a viewer says that it holds of this epoch: the next message is a delta on that, and
+  /// comes in any case. What it says of points counts only where it has the newest revision of the entity; a
+  /// surface that is still the same one is not sent again in any case. False: that is of no use (another
+  /// epoch, too much), and the next message is a snapshot.
+  bool resume(const v1::Join& join, const Scene& scene);
+
+  /// next() would send nothing for the sake of this.
+  bool has_been_told(const v1::StorageState& storage) const;
+  /// Bytes of geometry that only this viewer keeps in memory, since the scene has gone on meanwhile. About;
+  /// O(entities).
+  std::size_t stale_bytes(const Scene& scene) const;
 
  private:
   struct Held {
@@ -46,6 +62,8 @@ class Viewer {
     std::size_t points = 0;  ///< Of a dual shape's, from the first: large clouds go in pieces.
     std::shared_ptr<const v1::Mesh> surface;
     std::shared_ptr<const std::string> distances;
+    bool unsure = false;   ///< It holds the geometry; of the rest it has not said what it knows.
+    bool unknown = false;  ///< It holds something older: all but the surface is to be told anew.
   };
   bool is_current(const Held& held, const SceneEntity& entity) const;
   void update(Held& held, const std::string& id, const SceneEntity& entity, v1::EntityState& state) const;
@@ -58,8 +76,11 @@ class Viewer {
   ViewerLimits limits_;
   bool begun_ = false;
   std::uint64_t sequence_ = 0;
-  v1::HistoryState history_;
+  bool told_ = false;  ///< What follows was sent once.
+  Personal own_;
   v1::AlternativesState alternatives_;
+  std::shared_ptr<const v1::CommentsState> comments_;
+  std::shared_ptr<const v1::VersionsState> versions_;
   std::map<std::string, Held> held_;
 };
 

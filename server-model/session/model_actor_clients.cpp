@@ -1,0 +1,190 @@
+// What the actor does for clients: operations and queries, who sees what of them, leases, and what is on the
+// disk.
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "server-model/model/reference_distance.h"
+#include "server-model/session/export.h"
+#include "server-model/session/model_actor.h"
+#include "server-model/session/shown_name.h"
+
+namespace handloft::session {
+namespace {
+
+bool reads_files(const v1::Operation& operation) {
+  if (operation.has_import_reference()) return !operation.import_reference().has_resolved();
+  if (operation.has_import_model()) return true;  // Also one that brings a model: it is refused there.
+  return operation.has_import_strokes() &&
+         (!operation.import_strokes().path().empty() || operation.import_strokes().resolved().empty());
+}
+
+}  // namespace
+
+void ModelActor::answer_when_saved(Result<Outcome> outcome, const std::function<void(Result<Outcome>)>& done,
+                                   v1::SaveLevel answer_when) {
+  const bool at_once =
+      answer_when == v1::SAVE_LEVEL_APPLIED || (answer_when == v1::SAVE_LEVEL_UNSPECIFIED &&
+                                                options_.acknowledge == ActorOptions::Acknowledge::applied);
+  if (!options_.store || at_once) {
+    done(std::move(outcome));
+    return;
+  }
+  options_.store->when_durable(model_.sequence(), [outcome = std::move(outcome),
+                                                   done](const Status& saved) mutable {
+    if (!outcome || outcome->sequence == 0) {
+      done(outcome);
+    } else if (saved) {
+      outcome->durable = true;
+      done(outcome);
+    } else {
+      done(make_error(saved.error().code, "it was done, but could not be saved: " + saved.error().message));
+    }
+  });
+}
+
+void ModelActor::tell_when_durable() {
+  if (!options_.store || model_.sequence() == awaited_sequence_) return;
+  awaited_sequence_ = model_.sequence();
+  options_.store->when_durable(awaited_sequence_, [this](const Status&) {
+    // All that one commit has made durable is told of by one message a viewer, the newest.
+    if (storage_news_.exchange(true)) return;
+    post([this] {
+      storage_news_ = false;
+      if (events_.on_scene) events_.on_scene();
+    });
+  });
+}
+
+Result<ModelActor::Outcome> ModelActor::apply(const v1::Operation& resolved, const Allowed& allowed) {
+  if (allowed) {
+    if (const Status status = allowed(model_.document()); !status) return status.error();
+  }
+  if (Status free = claims_->leases.check(resolved); !free) return free.error();
+  auto submitted = model_.submit(resolved);
+  if (!submitted) return submitted.error();
+  if (submitted->sequence != 0) publish_scene();
+  Outcome outcome;
+  outcome.sequence = submitted->sequence;
+  outcome.entities = submitted->changes.all();
+  outcome.notes = submitted->notes;
+  return outcome;
+}
+
+void ModelActor::submit(v1::Operation operation, model::FileAccess files,
+                        std::function<void(Result<Outcome>)> done, Allowed allowed,
+                        v1::SaveLevel answer_when) {
+  seal_inbox(operation.client_id());
+  if (answer_when == v1::SAVE_LEVEL_DURABLE && !options_.store) {
+    done(make_error(ErrorCode::failed_precondition,
+                    "this server keeps nothing on a disk: expected SAVE_LEVEL_APPLIED",
+                    "submit.answer_when"));
+    return;
+  }
+  const auto perform = [this, allowed = std::move(allowed), answer_when](
+                           const v1::Operation& resolved,
+                           const std::function<void(Result<Outcome>)>& answer) {
+    answer_when_saved(apply(resolved, allowed), answer, answer_when);
+  };
+  if (operation.has_export_()) {
+    post([this, operation = std::move(operation), files = std::move(files), done = std::move(done)] {
+      in_pool([document = model_.document(), operation, files, done] {
+        auto exported = model::export_document(document, operation.export_(), files);
+        if (!exported) {
+          done(exported.error());
+          return;
+        }
+        Outcome outcome;
+        outcome.entities = std::move(exported->entities);
+        outcome.notes = std::move(exported->notes);
+        done(std::move(outcome));
+      });
+    });
+  } else if (reads_files(operation)) {
+    in_pool(
+        [this, perform, operation = std::move(operation), files = std::move(files), done = std::move(done)] {
+          auto resolved = model::resolve_operation(operation, files, model_.limits());
+          if (!resolved) {
+            done(resolved.error());
+            return;
+          }
+          post([perform, resolved = *std::move(resolved), done] { perform(resolved, done); });
+        });
+  } else {
+    post([perform, operation = std::move(operation), done = std::move(done)] { perform(operation, done); });
+  }
+}
+
+void ModelActor::ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done) {
+  post([this, query = std::move(query), done = std::move(done)] {
+    if (!query.has_distance()) {
+      done(model_.query(query));
+      return;
+    }
+    // Measures every point against a mesh, which may have to be prepared first: not while a hand waits.
+    in_pool([document = model_.document(), distance = query.distance(), done] {
+      done(model::distance_to_reference(distance, document));
+    });
+  });
+}
+
+void ModelActor::viewer_came(std::uint64_t client_id, const std::string& name, std::function<void()> joined) {
+  post([this, client_id, name, joined = std::move(joined)] {
+    viewers_.insert(client_id);
+    claims_->leases.introduce(client_id, name);
+    publish_scene();
+    if (joined) joined();
+  });
+}
+
+void ModelActor::viewer_gone(std::uint64_t client_id) {
+  post([this, client_id] {
+    viewers_.erase(client_id);
+    claims_->leases.forget(client_id);
+    publish_scene();
+  });
+}
+
+void ModelActor::lease(std::uint64_t client_id, const std::string& entity, LeaseWish wish,
+                       std::function<void(Status)> done) {
+  post([this, client_id, entity, wish, done = std::move(done)] {
+    using Kind = interaction::Leases::Kind;
+    Status status;
+    if (wish == LeaseWish::release) {
+      claims_->leases.release(entity, client_id, Kind::asked);
+    } else if (!model_.document().find(entity)) {
+      status = make_error(ErrorCode::not_found, "there is no entity \"" + shown_name(entity) + "\"",
+                          "lease.entity");
+    } else {
+      status = claims_->leases.take(entity, client_id, Kind::asked);
+    }
+    if (status) publish_scene();
+    done(status);
+  });
+}
+
+void ModelActor::tick() {
+  post([this] {
+    bool changed = claims_->leases.sweep();
+    for (auto& [id, source] : sources_) {
+      if (clock_.now() - source.heard_at >= options_.silence) changed |= source.interaction.lapse();
+    }
+    if (changed) publish_scene();
+  });
+}
+
+stream::Personal ModelActor::personal(const stream::Scene& scene, std::uint64_t client_id) const {
+  stream::Personal own;
+  const auto history = scene.histories->find(client_id);
+  if (history != scene.histories->end()) own.history = history->second;
+  own.storage.set_kept(options_.store != nullptr);
+  if (!options_.store) return own;
+  // Never later than the scene that it comes with: a viewer must not be told that what it has not seen is
+  // safe.
+  own.storage.set_durable_sequence(std::min(options_.store->durable_sequence(), scene.sequence));
+  if (const Status good = options_.store->failure(); !good) own.storage.set_problem(good.error().message);
+  return own;
+}
+
+}  // namespace handloft::session
