@@ -424,7 +424,7 @@ class Decoder {
       const bool undone = static_cast<std::uint64_t>(i) >= message_.position();
       entries.push_back({std::make_shared<const History::Step>(
                              History::Step{delta_between(document, *after), read_info(step)}),
-                         undone});
+                         undone, 0});
       document = *std::move(after);
       if (!undone) current = document;
     }
@@ -447,7 +447,7 @@ class Decoder {
       }
       entries.push_back(
           {std::make_shared<const History::Step>(History::Step{*std::move(delta), read_info(step)}),
-           step.undone()});
+           step.undone(), 0});
     }
     return History(*std::move(current), std::move(entries), max_history_steps);
   }

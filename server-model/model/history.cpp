@@ -26,6 +26,7 @@ History::History(Document current, std::vector<Entry> entries, std::size_t max_s
       ++line.standing;
     }
     numbers_.push_back(next_number_++);
+    entry.signature = signature(entry.step->delta);
     entries_.push_back(std::move(entry));
   }
   while (entries_.size() > max_steps_) forget_oldest();
@@ -62,8 +63,9 @@ void History::push(const Document& after, StepInfo info) {
   line.numbers.push_back(next_number_);
   ++line.standing;
   numbers_.push_back(next_number_++);
-  entries_.push_back(
-      {std::make_shared<const Step>(Step{delta_between(current_, after), std::move(info)}), false});
+  auto step = std::make_shared<const Step>(Step{delta_between(current_, after), std::move(info)});
+  const std::uint64_t bits = signature(step->delta);
+  entries_.push_back({std::move(step), false, bits});
   current_ = after;
   ++changes_;
   if (entries_.size() > max_steps_) forget_oldest();
@@ -116,12 +118,12 @@ std::string History::next_redo(std::uint64_t client_id) const {
 
 std::string History::undo_refused(std::uint64_t client_id) const {
   const Entry* const next = undoable(client_id);
-  return next == nullptr ? std::string() : refusal(*next->step, Direction::back);
+  return next == nullptr ? std::string() : refusal(*next, Direction::back);
 }
 
 std::string History::redo_refused(std::uint64_t client_id) const {
   const Entry* const next = redoable(client_id);
-  return next == nullptr ? std::string() : refusal(*next->step, Direction::forth);
+  return next == nullptr ? std::string() : refusal(*next, Direction::forth);
 }
 
 std::string History::next_undo() const {
@@ -150,9 +152,10 @@ Result<std::string> History::step(std::uint64_t client_id, Direction direction, 
   const Entry* const next = back ? undoable(client_id) : redoable(client_id);
   if (next == nullptr)
     return make_error(ErrorCode::failed_precondition, fmt::format("there is nothing to {}", name), name);
-  if (std::string refused = refusal(*next->step, direction); !refused.empty())
+  if (std::string refused = refusal(*next, direction); !refused.empty())
     return make_error(ErrorCode::failed_precondition, std::move(refused), name);
-  Document result = stepped(current_, next->step->delta, direction);
+  Document result =
+      stepped(current_, next->step->delta, direction, last_of_all(*next) ? Given::freed : Given::kept);
   // Others may have filled what this step had made room for.
   const auto too_many = [&](std::size_t before, std::size_t after, std::size_t most, const char* what) {
     return after > most && after > before
@@ -179,11 +182,37 @@ Result<std::string> History::step(std::uint64_t client_id, Direction direction, 
   return entry(number).step->info.words;
 }
 
-std::string History::refusal(const Step& step, Direction direction) const {
-  const auto found = conflict(current_, step.delta, direction);
-  if (!found) return {};
+// A value may be again as the step left it because somebody else has brought it back: that is their work too.
+const History::Step* History::gone_on(const Entry& entry) const {
+  const Step& own = *entry.step;
+  for (auto each = entries_.rbegin(); each != entries_.rend() && each->step != entry.step; ++each) {
+    if (each->undone || (each->signature & entry.signature) == 0) continue;
+    const Step& other = *each->step;
+    if (other.info.client_id != own.info.client_id && in_common(own.delta, other.delta)) return &other;
+  }
+  return nullptr;
+}
+
+bool History::last_of_all(const Entry& entry) const {
+  for (auto each = entries_.rbegin(); each != entries_.rend() && each->step != entry.step; ++each) {
+    if (each->step->info.client_id != entry.step->info.client_id) return false;
+  }
+  return true;
+}
+
+std::string History::refusal(const Entry& entry, Direction direction) const {
+  const Step& step = *entry.step;
+  std::string why;
+  if (const auto found = conflict(current_, step.delta, direction)) {
+    why = blame(step, *found);
+  } else if (const Step* const other = gone_on(entry)) {
+    why = fmt::format("{} has changed {} since ({})", who(other->info.author, other->info.client_id),
+                      describe(*in_common(step.delta, other->delta), step.delta), other->info.words);
+  } else {
+    return {};
+  }
   return fmt::format("\"{}\" is not {}: {}", step.info.words,
-                     direction == Direction::back ? "taken back" : "done again", blame(step, *found));
+                     direction == Direction::back ? "taken back" : "done again", why);
 }
 
 // The newest step of somebody else that stands explains what there is now; without one, the newest that was

@@ -41,6 +41,7 @@ class History {
   struct Entry {
     StepPtr step;
     bool undone = false;
+    std::uint64_t signature = 0;  ///< signature() of its delta; set by History.
   };
 
   explicit History(Document initial = {}, std::size_t max_steps = Limits{}.max_history_steps);
@@ -91,8 +92,12 @@ class History {
   const Entry* undoable(std::uint64_t client_id) const;  ///< Null: none.
   const Entry* redoable(std::uint64_t client_id) const;
   Result<std::string> step(std::uint64_t client_id, Direction direction, const Limits& limits);
-  std::string refusal(const Step& step, Direction direction) const;
+  std::string refusal(const Entry& entry, Direction direction) const;
   std::string blame(const Step& step, const Conflict& conflict) const;
+  /// The first step of somebody else behind this one that stands and changed the same; null: none.
+  const Step* gone_on(const Entry& entry) const;
+  /// Nobody else has a step behind this one, taken back or not.
+  bool last_of_all(const Entry& entry) const;
 
   Document current_;
   std::deque<Entry> entries_;            ///< Shared steps, so that a copy of the history costs pointers.

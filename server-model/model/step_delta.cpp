@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <utility>
 
@@ -89,15 +90,6 @@ template <typename Map>
 typename Map::mapped_type value(const Map& map, std::string_view id) {
   const auto found = map.find(id);
   return found == map.end() ? nullptr : found->second;
-}
-
-/// Whether an alternative that is not worked on, or a version, still has an entity of this id.
-bool alive_elsewhere(const Document& document, std::string_view id) {
-  for (const Alternative& each : *document.alternatives) {
-    if (each.entities && each.entities->contains(id)) return true;
-  }
-  return std::any_of(document.versions->begin(), document.versions->end(),
-                     [&](const auto& version) { return version.second->entities->contains(id); });
 }
 
 using Kind = Conflict::Kind;
@@ -201,34 +193,24 @@ void step_shared(const std::vector<StepDelta::Change<Value>>& changes, const End
   map = std::move(next);
 }
 
-void step_ids(Document& document, const StepDelta& delta, Direction direction) {
-  if (delta.ids.empty()) return;
-  auto used = std::make_shared<Document::Ids>(*document.used_ids);
-  for (const std::string& id : delta.ids) {
-    if (direction == Direction::forth) {
-      used->insert(id);
-    } else if (!alive_elsewhere(document, id)) {
-      used->erase(id);
+// Copying the set costs: only where it changes.
+void step_given(Document& document, const StepDelta& delta, const Ends& ends, Direction direction) {
+  if (!delta.ids.empty()) {
+    auto ids = std::make_shared<Document::Ids>(*document.used_ids);
+    for (const std::string& id : delta.ids) {
+      if (direction == Direction::forth) {
+        ids->insert(id);
+      } else {
+        ids->erase(id);
+      }
     }
+    document.used_ids = std::move(ids);
   }
-  document.used_ids = std::move(used);
-}
-
-// Counters go back only where nobody has counted on since, and never to a number that is taken.
-void step_counters(Document& document, const Ends& ends) {
-  if (ends.next_shape_from() != ends.next_shape_to()) {
-    document.next_shape = document.next_shape == ends.next_shape_from()
-                              ? ends.next_shape_to()
-                              : std::max(document.next_shape, ends.next_shape_to());
-  }
-  if (ends.next_comment_from() == ends.next_comment_to()) return;
-  if (document.next_comment != ends.next_comment_from()) {
-    document.next_comment = std::max(document.next_comment, ends.next_comment_to());
-    return;
-  }
-  document.next_comment = ends.next_comment_to();
-  for (const auto& [id, comment] : *document.comments)
-    document.next_comment = std::max(document.next_comment, comment->number + 1);
+  const auto step = [&](std::uint64_t to, std::uint64_t& counter) {
+    counter = direction == Direction::forth ? std::max(counter, to) : to;
+  };
+  if (ends.next_shape_from() != ends.next_shape_to()) step(ends.next_shape_to(), document.next_shape);
+  if (ends.next_comment_from() != ends.next_comment_to()) step(ends.next_comment_to(), document.next_comment);
 }
 
 template <typename Changes>
@@ -286,10 +268,6 @@ std::optional<Conflict> conflict(const Document& current, const StepDelta& delta
   for (const auto& change : delta.entities) {
     if (value(current.entities, change.id) != ends.from(change)) return Conflict{Kind::entity, change.id};
   }
-  for (const std::string& id : delta.ids) {
-    if (direction == Direction::forth && current.used_ids->contains(id) && !alive_elsewhere(current, id))
-      return Conflict{Kind::entity, id};
-  }
   for (const auto& change : delta.versions) {
     if (value(*current.versions, change.id) != ends.from(change)) return Conflict{Kind::version, change.id};
   }
@@ -299,19 +277,84 @@ std::optional<Conflict> conflict(const Document& current, const StepDelta& delta
   if (auto found = alternatives_conflict(current, delta, ends)) return found;
   const bool only_entities = delta.made.empty() && delta.deleted.empty() && delta.at.empty() &&
                              delta.versions.empty() && delta.comments.empty();
-  return only_entities ? std::nullopt : dangling(stepped(current, delta, direction));
+  return only_entities ? std::nullopt : dangling(stepped(current, delta, direction, Given::kept));
 }
 
-Document stepped(const Document& current, const StepDelta& delta, Direction direction) {
+Document stepped(const Document& current, const StepDelta& delta, Direction direction, Given given) {
   const Ends ends(delta, direction);
   Document next = current;
   step_map(delta.entities, ends, next.entities);
   step_shared(delta.versions, ends, next.versions);
   step_shared(delta.comments, ends, next.comments);
   step_alternatives(next, delta, ends);
-  step_ids(next, delta, direction);
-  step_counters(next, ends);
+  if (direction == Direction::forth || given == Given::freed) step_given(next, delta, ends, direction);
   return next;
+}
+
+namespace {
+
+template <typename Changes>
+std::optional<std::string> common_id(const Changes& a, const Changes& b) {
+  const bool longer = a.size() > b.size();
+  const Changes& few = longer ? b : a;
+  const Changes& many = longer ? a : b;
+  for (const auto& change : few) {
+    if (changes_id(many, change.id)) return change.id;
+  }
+  return std::nullopt;
+}
+
+/// One of them made or deleted what the other one worked on, made or deleted.
+std::optional<std::string> common_whole(const StepDelta& a, const StepDelta& b) {
+  for (const auto* wholes : {&a.made, &a.deleted}) {
+    for (const StepDelta::Whole& whole : *wholes) {
+      const std::string& name = whole.alternative.name;
+      if ((!b.entities.empty() && b.alternative == name) || whole_of(b.made, name) != nullptr ||
+          whole_of(b.deleted, name) != nullptr) {
+        return name;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Conflict> in_common(const StepDelta& a, const StepDelta& b) {
+  if (a.alternative == b.alternative) {
+    if (auto id = common_id(a.entities, b.entities)) return Conflict{Kind::entity, *id};
+  }
+  for (const std::string& id : a.ids) {
+    if (std::binary_search(b.ids.begin(), b.ids.end(), id)) return Conflict{Kind::entity, id};
+  }
+  if (auto name = common_whole(a, b)) return Conflict{Kind::alternative, *name};
+  if (auto name = common_whole(b, a)) return Conflict{Kind::alternative, *name};
+  if (a.present_before != a.present_after && b.present_before != b.present_after)
+    return Conflict{Kind::present, {}};
+  for (const StepDelta::At& at : a.at) {
+    for (const StepDelta::At& other : b.at) {
+      if (at.alternative == other.alternative) return Conflict{Kind::alternative, at.alternative};
+    }
+  }
+  if (auto id = common_id(a.versions, b.versions)) return Conflict{Kind::version, *id};
+  if (auto id = common_id(a.comments, b.comments)) return Conflict{Kind::comment, *id};
+  return std::nullopt;
+}
+
+std::uint64_t signature(const StepDelta& delta) {
+  std::uint64_t bits = 0;
+  const auto add = [&](std::string_view id) {
+    bits |= std::uint64_t{1} << (std::hash<std::string_view>()(id) % 64);
+  };
+  for (const auto& change : delta.entities) add(change.id);
+  for (const std::string& id : delta.ids) add(id);
+  for (const auto& change : delta.versions) add(change.id);
+  for (const auto& change : delta.comments) add(change.id);
+  for (const StepDelta::At& at : delta.at) add(at.alternative);
+  // Of what changes alternatives, all: there are few, and they concern many entities.
+  const bool alternatives =
+      !delta.made.empty() || !delta.deleted.empty() || delta.present_before != delta.present_after;
+  return alternatives ? ~std::uint64_t{0} : bits;
 }
 
 bool touches(const StepDelta& delta, const Conflict& conflict) {

@@ -56,8 +56,18 @@ struct Conflict {
 /// and named versions O(entities).
 std::optional<Conflict> conflict(const Document& current, const StepDelta& delta, Direction direction);
 
+/// What becomes of the ids and numbers that a step has given out when it is taken back. They are free again
+/// only while nobody else has gone on: versions and alternatives may hold what has them.
+enum class Given : std::uint8_t { kept, freed };
+
 /// The document with the step taken back (done again). Precondition: no conflict.
-Document stepped(const Document& current, const StepDelta& delta, Direction direction);
+Document stepped(const Document& current, const StepDelta& delta, Direction direction, Given given);
+
+/// The first thing that two steps both changed; nullopt: there is none.
+std::optional<Conflict> in_common(const StepDelta& a, const StepDelta& b);
+
+/// Of what a step changed, one bit each of 64: steps whose bits are disjoint have nothing in common.
+std::uint64_t signature(const StepDelta& delta);
 
 /// Whether another step has changed what is in the way.
 bool touches(const StepDelta& delta, const Conflict& conflict);

@@ -2,7 +2,9 @@
 // A model as bytes and back (document_codec.h) is the same model: to the hash of every document of its
 // history, its words, and what versions share in memory.
 
+#include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 
 #include "server-model/model/canonical.h"
@@ -34,17 +36,27 @@ inline std::string broken_round_trip(const Model& model) {
 
   History before = model.history(), after = state->history;
   if (state->sequence != model.sequence() || after.undo_steps() != before.undo_steps()) return "steps differ";
-  while (before.redo()) {
-    if (!after.redo()) return "less can be redone";
-  }
-  for (;;) {
-    if (document_hash(before.current()) != document_hash(after.current())) {
-      return "hashes differ with " + std::to_string(before.undo_steps()) + " steps applied";
+  std::set<std::uint64_t> clients;
+  for (const History::Entry& entry : before.entries()) clients.insert(entry.step->info.client_id);
+  // All that can be done again, then all that can be taken back, client by client: what is refused is refused
+  // in both.
+  const auto differ = [&](Result<std::string> (History::*step)(std::uint64_t, const Limits&)) -> std::string {
+    for (const std::uint64_t client : clients) {
+      for (bool more = true; more;) {
+        const auto words = (before.*step)(client, {}), same = (after.*step)(client, {});
+        if (words.ok() != same.ok()) return "only one of them steps";
+        if (words ? *words != *same : words.error().message != same.error().message)
+          return "words of a step differ";
+        if (document_hash(before.current()) != document_hash(after.current()))
+          return "hashes differ with " + std::to_string(before.undo_steps()) + " steps applied";
+        more = words.ok();
+      }
     }
-    const auto words = before.undo(), same = after.undo();
-    if (words.ok() != same.ok() || (words && *words != *same)) return "words of a step differ";
-    if (!words) return "";
-  }
+    return {};
+  };
+  if (document_hash(before.current()) != document_hash(after.current())) return "hashes differ";
+  if (std::string broken = differ(&History::redo); !broken.empty()) return broken;
+  return differ(&History::undo);
 }
 
 }  // namespace handloft::model::test
