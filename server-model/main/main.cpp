@@ -11,6 +11,7 @@
 
 #include "common/base/manual.h"
 #include "common/base/version.h"
+#include "server-model/main/access_command.h"
 #include "server-model/main/cad_kernel_command.h"
 #include "server-model/main/run_command.h"
 #include "server-model/main/serve_command.h"
@@ -33,12 +34,23 @@ Command store_command(const char* name, const char* words, const char* summary) 
           [name](const Words& rest) -> int { return handloft::model::store_command(name, rest); }};
 }
 
+Command access_command(const char* name, const char* words, const char* summary) {
+  return {name, words, summary,
+          [name](const Words& rest) -> int { return handloft::model::access_command(name, rest); }};
+}
+
 /// In the order of --help. Each knows --help of its own.
 const std::vector<Command>& commands() {
   static const std::vector<Command> table{
       {"run", "SCRIPT", "run a script of operations, queries and expectations", handloft::model::run_command},
       {"serve", "", "serve a model to viewers and editors, and follow the hand",
        handloft::model::serve_command},
+      access_command("invite", "", "print a one-time code that pairs somebody's device with the server"),
+      access_command("pair", "CODE", "pair this device with a server"),
+      access_command("users", "", "list users, roles and devices"),
+      access_command("role", "NAME ROLE", "give a user another role"),
+      access_command("revoke", "[NAME]", "shut a user or a device out"),
+      access_command("audit", "", "tell who came, went, was refused, invited, paired or revoked"),
       store_command("models", "", "list the models in a folder"),
       store_command("history", "FILE", "tell what was done to a model"),
       store_command("verify", "FILE", "check a model's file"),
@@ -60,7 +72,7 @@ void print_usage(std::FILE* to) {
   print(fmt::format("Usage: {} COMMAND [OPTIONS]\n\n{}\n\nCommands:\n", program, description), to);
   for (const Command& command : commands()) {
     if (command.summary == nullptr) continue;
-    print(fmt::format("  {:<14}{}\n", fmt::format("{} {}", command.name, command.words), command.summary),
+    print(fmt::format("  {:<16}{}\n", fmt::format("{} {}", command.name, command.words), command.summary),
           to);
   }
   print(

@@ -9,6 +9,7 @@
 #include "common/base/clock.h"
 #include "common/base/config.h"
 #include "common/net/endpoint.h"
+#include "server-model/access/roles.h"
 #include "server-model/session/cad_process.h"
 #include "server-model/session/local_target.h"
 #include "server-model/session/parallel.h"
@@ -60,14 +61,16 @@ class ConnectedTarget final : public ScriptTarget {
   Exports exports_;
 };
 
-Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect, const FileAccess& files,
-                                                  const Clock& clock) {
+Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect, handloft::v1::Role role,
+                                                  const FileAccess& files, const Clock& clock) {
   if (connect.empty())
     return std::unique_ptr<ScriptTarget>(
         std::make_unique<LocalTarget>(files, Model(Document{}, context_on_all_cores())));
   auto endpoint = net::parse_endpoint(connect);
   if (!endpoint) return endpoint.error();
-  auto server = session::RemoteTarget::connect(*endpoint, clock);
+  session::RemoteTargetOptions remote;
+  remote.role = role;
+  auto server = session::RemoteTarget::connect(*endpoint, clock, std::move(remote));
   if (!server) return server.error();
   const auto exports = endpoint->kind == net::Endpoint::Kind::unix_socket
                            ? ConnectedTarget::Exports::to_our_folder
@@ -82,6 +85,7 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
   std::string input_dir = ".";
   std::string output_dir = ".";
   std::string connect;
+  std::string role = "editor";
   bool keep_going = false;
   OptionTable table("handloft-modeld run", description);
   table.add_positional("SCRIPT", script, "The script, or - for standard input",
@@ -92,6 +96,8 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
             TextRule{.choices = {}, .value_name = "DIR"});
   table.add("connect", connect, "Drive the server at this endpoint instead of a model of our own",
             TextRule{.choices = {}, .value_name = "ENDPOINT"});
+  table.add("role", role, "With --connect: as what; the server refuses more than you may",
+            TextRule{.choices = {"viewer", "commenter", "editor", "owner"}, .value_name = ""});
   table.add("keep_going", keep_going, "Go on after a failed line; the exit status is 1 all the same");
   auto outcome = table.parse(arguments);
   if (!outcome) {
@@ -124,7 +130,12 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
   files.write_folder = output_dir;
   files.cad = std::make_shared<const session::CadProcess>();
   const SystemClock clock;
-  auto target = make_target(connect, files, clock);
+  const auto asked_role = access::parse_role(role);
+  if (!asked_role) {
+    complain(asked_role.error().describe());
+    return exit_usage;
+  }
+  auto target = make_target(connect, *asked_role, files, clock);
   if (!target) {
     complain(target.error().describe());
     return exit_usage;

@@ -40,6 +40,10 @@ int serve_command(const std::vector<std::string>& arguments) {
   table.add("store", options.store,
             "The model's file, made when missing: every operation is kept there; none: nothing is kept",
             TextRule{.choices = {}, .value_name = "FILE"});
+  table.add("access", options.access,
+            "The file of users, devices and roles, made when missing; tls: endpoints need it; none: no users "
+            "but you",
+            TextRule{.choices = {}, .value_name = "FILE"});
   table.add("acknowledge", acknowledge,
             "With a store: when an editor's operation is answered, once it is on the disk or at once",
             TextRule{.choices = {"durable", "applied"}, .value_name = ""});
@@ -59,6 +63,7 @@ int serve_command(const std::vector<std::string>& arguments) {
   table.add("export_folder", options.export_folder,
             "Where \"Export\" on the hand's palette writes; none: the write folder",
             TextRule{.choices = {}, .value_name = "DIR"});
+  options.limits.add_to(table);
   table.add("log_level", log_level, "What is logged on standard error",
             TextRule{.choices = {"trace", "debug", "info", "warning", "error", "off"}, .value_name = ""});
   auto outcome = table.parse(arguments);

@@ -102,6 +102,14 @@ Result<Served> served_model(const ServeOptions& options, const Logger& log) {
   return Served{*std::move(model), std::move(opened->store)};
 }
 
+/// Who may come in.
+Result<std::shared_ptr<access::Gate>> gate_of(const ServeOptions& options, const Logger& log) {
+  auto gate_options = options.limits.gate_options();
+  if (!gate_options) return gate_options.error();
+  if (options.access.empty()) return access::Gate::without_file(*std::move(gate_options));
+  return access::Gate::open(options.access, *std::move(gate_options), log.component("access"));
+}
+
 std::string ready_line(const std::vector<net::Endpoint>& endpoints) {
   nlohmann::ordered_json line{{"ready", true}, {"endpoints", nlohmann::ordered_json::array()}};
   for (const net::Endpoint& endpoint : endpoints) line["endpoints"].push_back(endpoint.to_string());
@@ -123,6 +131,10 @@ class Session {
     });
     ServerOptions server_options;
     server_options.net.program = program_version("handloft-modeld");
+    options_.limits.apply_to(server_options);
+    auto gate = gate_of(options_, log_);
+    if (!gate) return gate.error();
+    server_options.gate = *std::move(gate);
     server_options.files = options_.files;
     server_options.actor.interaction = options_.interaction;
     server_options.actor.export_folder = options_.files.write_folder;

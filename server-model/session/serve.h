@@ -9,16 +9,21 @@
 #include "server-model/interaction/interaction.h"
 #include "server-model/session/model_actor.h"
 #include "server-model/session/resolve_operation.h"
+#include "server-model/session/service_limits.h"
 
 namespace handloft::session {
 
 struct ServeOptions {
   enum class AtEnd { stay, exit };
 
-  std::vector<std::string> listen;  ///< "unix:PATH", "tcp:HOST:PORT"; empty: the user's default model socket.
-  std::string tracking;             ///< Endpoint of handloft-trackd; empty: no hand.
-  std::string script;               ///< Run before anybody is served; a failing line ends the server.
-  std::string store;  ///< The model's file (store/model_store.h), made when missing; empty: none.
+  std::vector<std::string>
+      listen;  ///< "unix:PATH", "tcp:HOST:PORT", "tls:HOST:PORT"; empty: the user's default model socket.
+  std::string tracking;  ///< Endpoint of handloft-trackd; empty: no hand.
+  std::string
+      access;  ///< The access file (access/access_file.h), made when missing; empty: no users but this one.
+  ServiceLimits limits;
+  std::string script;  ///< Run before anybody is served; a failing line ends the server.
+  std::string store;   ///< The model's file (store/model_store.h), made when missing; empty: none.
   ActorOptions::Acknowledge acknowledge = ActorOptions::Acknowledge::durable;
   std::string report;  ///< JSON file written at the end (report.h); empty: none.
   AtEnd at_end =
