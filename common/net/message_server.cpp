@@ -11,11 +11,13 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/dispatch.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <cerrno>
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <set>
 #include <vector>
 
 #include "common/net/server_connection.h"
@@ -27,6 +29,8 @@ namespace asio = boost::asio;
 namespace {
 /// Out of file descriptors: try again when some may have been closed.
 constexpr std::chrono::milliseconds accept_pause{100};
+/// A crowd at the door lets those who are in have their turn after so many.
+constexpr int accepts_per_turn = 8;
 
 /// "192.0.2.7"; IPv4 peers of an IPv6 socket as IPv4; empty for unix sockets.
 std::string address_of(const sockaddr_storage& from) {
@@ -73,17 +77,19 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
   std::map<std::uint64_t, std::weak_ptr<ServerConnection>> connections;
   std::map<std::uint64_t, std::string> half_open;   ///< With their addresses.
   std::map<std::string, std::size_t> half_open_of;  ///< How many of each address.
+  std::set<std::uint64_t> refused;                  ///< Still being told why.
   std::uint64_t next_id = shared->options.first_client_id;
   bool stopped = false;
 
   asio::awaitable<void> accept_all() {
-    for (;;) {
+    for (int accepted = 0;;) {
       sockaddr_storage from{};
       socklen_t from_bytes = sizeof(from);
       const int fd = ::accept4(listener.fd.get(), reinterpret_cast<sockaddr*>(&from), &from_bytes,
                                SOCK_NONBLOCK | SOCK_CLOEXEC);
       if (fd >= 0) {
         welcome(FileDescriptor(fd), address_of(from));
+        if (++accepted % accepts_per_turn == 0) co_await asio::post(strand, asio::use_awaitable);
         continue;
       }
       if (errno == EINTR || errno == ECONNABORTED) continue;
@@ -105,7 +111,32 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
     return stopped;
   }
 
+  /// Why nobody else can come from there now; nullopt: they can. With the mutex held.
+  std::optional<Error> no_room(const std::string& address) const {
+    const auto told = [](std::string message) {
+      return make_error(ErrorCode::resource_exhausted, std::move(message), "connection");
+    };
+    const std::size_t taken = connections.size() - refused.size();
+    if (taken >= shared->options.max_connections)
+      return told(fmt::format("there are {} connections already", taken));
+    if (half_open.size() >= shared->options.max_half_open)
+      return told(fmt::format("{} connections have not said hello yet", half_open.size()));
+    const auto of_address = half_open_of.find(address);
+    if (!address.empty() && of_address != half_open_of.end() &&
+        of_address->second >= shared->options.max_half_open_per_address)
+      return told(fmt::format("{} connections of {} have not said hello yet", of_address->second, address));
+    return std::nullopt;
+  }
+
+  /// Those who are told why they are refused take a descriptor for up to a second; a crowd is not even told,
+  /// and costs no more than the accepting.
+  bool turned_away(const std::string& address) const {
+    const std::lock_guard lock(mutex);
+    return stopped || (refused.size() >= shared->options.max_half_open && no_room(address));
+  }
+
   void welcome(FileDescriptor fd, std::string address) {
+    if (turned_away(address)) return;
     if (const Status status = check_peer(fd.get(), listener.endpoint); !status) {
       shared->log.warning("a connection is refused: {}", status.error().describe());
       return;
@@ -137,26 +168,12 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
     {
       const std::lock_guard lock(mutex);
       if (stopped) return;
-      if (connections.size() >= shared->options.max_connections) {
-        full = make_error(ErrorCode::resource_exhausted,
-                          fmt::format("there are {} connections already", connections.size()), "connection");
-      } else if (half_open.size() >= shared->options.max_half_open) {
-        full =
-            make_error(ErrorCode::resource_exhausted,
-                       fmt::format("{} connections have not said hello yet", half_open.size()), "connection");
-      } else if (!origin.address.empty() &&
-                 half_open_of[origin.address] >= shared->options.max_half_open_per_address) {
-        full = make_error(ErrorCode::resource_exhausted,
-                          fmt::format("{} connections of {} have not said hello yet",
-                                      half_open_of[origin.address], origin.address),
-                          "connection");
-      }
-      // A crowd beyond this is not even told: those who are told take a descriptor for up to a second.
-      if (full && connections.size() >= shared->options.max_connections + shared->options.max_half_open)
-        return;
+      full = no_room(origin.address);
       const std::uint64_t id = next_id++;
       origin.number = id;
-      if (!full) {
+      if (full) {
+        refused.insert(id);
+      } else {
         half_open.emplace(id, origin.address);
         ++half_open_of[origin.address];
       }
@@ -187,6 +204,7 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
   void over(std::uint64_t id) {
     const std::lock_guard lock(mutex);
     no_longer_half_open(id);
+    refused.erase(id);
     connections.erase(id);
   }
 

@@ -118,6 +118,7 @@ class Peers : public std::enable_shared_from_this<Peers> {
   const Clock& clock_;
   Logger log_;
   const std::shared_ptr<access::Gate> gate_;
+  std::atomic<std::uint32_t> looks_ = 0;  ///< Of look_at_access().
   std::unique_ptr<Rooms> rooms_;
   std::atomic<bool> closed_ = false;
   std::atomic<std::uint64_t> last_epoch_ = 0;

@@ -163,7 +163,8 @@ TEST_F(SessionTest, a_viewer_may_not_change_anything_and_a_subscriber_may_not_co
   ASSERT_FALSE(subscriber.ok());
   EXPECT_EQ(subscriber.error().code, ErrorCode::permission_denied);
   EXPECT_EQ(subscriber.error().field, "hello.role");
-  EXPECT_EQ(subscriber.error().message, "found ROLE_SUBSCRIBER, expected ROLE_VIEWER or ROLE_EDITOR");
+  EXPECT_EQ(subscriber.error().message,
+            "found ROLE_SUBSCRIBER, expected ROLE_VIEWER or ROLE_COMMENTER or ROLE_EDITOR or ROLE_OWNER");
 }
 
 TEST_F(SessionTest, tcp_peers_stay_in_their_folder) {

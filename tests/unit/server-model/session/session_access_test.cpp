@@ -1,0 +1,155 @@
+// What peers may do by their roles, seen from the session (U2, A3): refusals, whose a comment is, a role that
+// changes and a user who is revoked while they are there.
+
+#include "server-model/access/access_file.h"
+#include "tests/unit/server-model/session/peers_fixture.h"
+
+namespace handloft::session {
+namespace {
+
+constexpr std::uint32_t our_uid = 1000, ann_uid = 1001, bob_uid = 1002, eve_uid = 1003;
+constexpr access::Seconds now_s = 1'800'000'000;
+
+class SessionAccessTest : public PeersTest {
+ protected:
+  void SetUp() override {
+    access::GateOptions options;
+    options.own_uid = our_uid;
+    options.login_of = [](std::uint32_t uid) {
+      return std::string(uid == our_uid ? "me" : uid == ann_uid ? "ann" : uid == bob_uid ? "bob" : "eve");
+    };
+    options.now_ns = [] { return now_s * 1'000'000'000; };
+    auto gate = access::Gate::open(path(), options, Logger("test", LogLevel::off));
+    ASSERT_TRUE(gate.ok());
+    gate_ = *gate;
+    give("ann", v1::ROLE_COMMENTER);
+    give("bob", v1::ROLE_COMMENTER);
+    ServerOptions server;
+    server.gate = gate_;
+    start(std::move(server));
+  }
+  std::filesystem::path path() const { return access_folder_.path() / "server.sqlite"; }
+  access::AccessFile command() const {
+    return *access::AccessFile::open(path(), access::AccessFile::Mode::existing, now_s);
+  }
+  void give(const std::string& user, v1::Role role) {
+    ASSERT_TRUE(command().set_role(user, "*", role, now_s).ok());
+    gate_->poll();
+  }
+  ConnectionPtr come(std::uint32_t uid, v1::Role role) {
+    net::PeerInfo info;
+    info.role = role;
+    info.name = "client";
+    info.protocol_minor = net::protocol_minor;
+    info.uid = uid;
+    const auto connection = std::make_shared<test::FakeConnection>(++last_id_, info);
+    if (!events_.on_join(connection).ok()) return nullptr;
+    v1::Envelope envelope;
+    envelope.mutable_join();
+    const Status joined = say(connection, envelope);
+    (void)settled();
+    return joined.ok() ? connection : nullptr;
+  }
+  std::string outcome(const ConnectionPtr& connection, const v1::Operation& operation) {
+    return ack(connection, submit(connection, operation)).failure().code();
+  }
+  static v1::Operation comment(const std::string& id) {
+    v1::Operation operation;
+    operation.mutable_add_comment()->set_id(id);
+    operation.mutable_add_comment()->set_text("too thin");
+    operation.mutable_add_comment()->mutable_place()->set_x(0.1);
+    return operation;
+  }
+
+  test::TemporaryDirectory access_folder_;
+  std::shared_ptr<access::Gate> gate_;
+};
+
+TEST_F(SessionAccessTest, NobodyComesAsMoreThanTheyAre) {
+  EXPECT_EQ(come(eve_uid, v1::ROLE_VIEWER), nullptr);
+  EXPECT_EQ(come(ann_uid, v1::ROLE_EDITOR), nullptr);
+  EXPECT_NE(come(ann_uid, v1::ROLE_COMMENTER), nullptr);
+  EXPECT_NE(come(ann_uid, v1::ROLE_VIEWER), nullptr);
+  EXPECT_NE(come(our_uid, v1::ROLE_OWNER), nullptr);
+}
+
+TEST_F(SessionAccessTest, ACommenterCommentsAndShapesNothing) {
+  const auto ann = come(ann_uid, v1::ROLE_COMMENTER);
+  ASSERT_NE(ann, nullptr);
+  v1::Operation shape;
+  shape.mutable_create_dual_shape();
+  EXPECT_EQ(outcome(ann, shape), "permission_denied");
+  EXPECT_EQ(outcome(ann, comment("c1")), "");
+  v1::Operation undo;
+  undo.mutable_undo();
+  EXPECT_EQ(outcome(ann, undo), "permission_denied");
+  const auto viewer = come(ann_uid, v1::ROLE_VIEWER);
+  EXPECT_EQ(outcome(viewer, comment("c2")), "permission_denied") << "no more than it asked for";
+}
+
+TEST_F(SessionAccessTest, ACommentIsItsAuthorsByName) {
+  const auto ann = come(ann_uid, v1::ROLE_COMMENTER), bob = come(bob_uid, v1::ROLE_COMMENTER);
+  ASSERT_EQ(outcome(ann, comment("c1")), "");
+  v1::Operation change, remove;
+  change.mutable_change_comment()->set_id("c1");
+  change.mutable_change_comment()->set_text("too thick");
+  remove.mutable_delete_comment()->set_id("c1");
+  EXPECT_EQ(outcome(bob, change), "permission_denied");
+  EXPECT_EQ(outcome(bob, remove), "permission_denied");
+  const auto again = come(ann_uid, v1::ROLE_COMMENTER);  // Another connection of the same user.
+  EXPECT_EQ(outcome(again, change), "");
+  const auto editor = come(our_uid, v1::ROLE_EDITOR), owner = come(our_uid, v1::ROLE_OWNER);
+  EXPECT_EQ(outcome(editor, remove), "permission_denied");
+  EXPECT_EQ(outcome(owner, change), "permission_denied") << "nobody changes another's words";
+  EXPECT_EQ(outcome(owner, remove), "");
+}
+
+TEST_F(SessionAccessTest, ARoleThatChangesIsToldAndHolds) {
+  const auto ann = come(ann_uid, v1::ROLE_COMMENTER);
+  v1::Operation shape;
+  shape.mutable_create_dual_shape();
+  ASSERT_TRUE(command().set_role("ann", "*", v1::ROLE_VIEWER, now_s).ok());
+  peers_->look_at_access();
+  EXPECT_EQ(outcome(ann, comment("c1")), "permission_denied");
+  std::vector<v1::Role> told;
+  for (const v1::Envelope& envelope : ann->sent()) {
+    if (envelope.has_joined()) told.push_back(envelope.joined().role());
+  }
+  EXPECT_THAT(told, ::testing::ElementsAre(v1::ROLE_COMMENTER, v1::ROLE_VIEWER));
+  ASSERT_TRUE(command().set_role("ann", "*", v1::ROLE_OWNER, now_s).ok());
+  peers_->look_at_access();
+  EXPECT_EQ(outcome(ann, comment("c1")), "");
+  EXPECT_EQ(outcome(ann, shape), "permission_denied") << "it asked for no more than to comment";
+}
+
+TEST_F(SessionAccessTest, WhoIsRevokedIsClosed) {
+  const auto ann = come(ann_uid, v1::ROLE_COMMENTER), bob = come(bob_uid, v1::ROLE_COMMENTER),
+             me = come(our_uid, v1::ROLE_EDITOR);
+  ASSERT_TRUE(command().revoke_user("ann", now_s).ok());
+  peers_->look_at_access();
+  EXPECT_TRUE(ann->closed());
+  EXPECT_FALSE(bob->closed());
+  EXPECT_FALSE(me->closed());
+  EXPECT_EQ(come(ann_uid, v1::ROLE_VIEWER), nullptr);
+}
+
+TEST_F(SessionAccessTest, IsWrittenDown) {
+  const auto ann = come(ann_uid, v1::ROLE_COMMENTER);
+  v1::Operation shape;
+  shape.mutable_create_dual_shape();
+  EXPECT_EQ(outcome(ann, shape), "permission_denied");
+  EXPECT_EQ(come(ann_uid, v1::ROLE_OWNER), nullptr);
+  leave(ann);
+  gate_->flush();
+  const auto entries = command().audit(100);
+  ASSERT_TRUE(entries.ok());
+  std::vector<std::string> of_ann;
+  for (const auto& entry : *entries) {
+    if (entry.event.user == "ann" && entry.kind != "role")
+      of_ann.push_back(entry.kind + " " + entry.event.model);
+  }
+  EXPECT_THAT(of_ann, ::testing::ElementsAre("join main", "refusal main", "refusal main", "leave main"));
+}
+
+}  // namespace
+}  // namespace handloft::session
