@@ -159,7 +159,8 @@ class Facts {
       add(Fact::Kind::symmetry, fmt::format("changed the symmetry of {}", name_),
           fmt::format("the symmetry of {} was changed", name_));
     }
-    if (now.representation != then.representation) {
+    // A first fit shows the surface, and losing it the points.
+    if (now.representation != then.representation && !now.fit == !then.fit) {
       add(Fact::Kind::shown, fmt::format("changed how {} is shown", name_),
           fmt::format("how {} is shown was changed", name_));
     }

@@ -204,7 +204,7 @@ std::string History::refusal(const Entry& entry, Direction direction) const {
   const Step& step = *entry.step;
   std::string why;
   if (const auto found = conflict(current_, step.delta, direction)) {
-    why = blame(step, *found);
+    why = blame(entry, *found);
   } else if (const Step* const other = gone_on(entry)) {
     why = fmt::format("{} has changed {} since ({})", who(other->info.author, other->info.client_id),
                       describe(*in_common(step.delta, other->delta), step.delta), other->info.words);
@@ -215,12 +215,14 @@ std::string History::refusal(const Entry& entry, Direction direction) const {
                      direction == Direction::back ? "taken back" : "done again", why);
 }
 
-// The newest step of somebody else that stands explains what there is now; without one, the newest that was
-// taken back.
-std::string History::blame(const Step& step, const Conflict& conflict) const {
+// The newest step of somebody else behind this one that stands explains what there is now; without one, the
+// newest of all that was taken back.
+std::string History::blame(const Entry& entry, const Conflict& conflict) const {
+  const Step& step = *entry.step;
   const std::string what = describe(conflict, step.delta);
   for (const bool undone : {false, true}) {
     for (auto each = entries_.rbegin(); each != entries_.rend(); ++each) {
+      if (!undone && each->step == entry.step) break;
       const StepInfo& info = each->step->info;
       if (each->undone != undone || info.client_id == step.info.client_id ||
           !touches(each->step->delta, conflict))

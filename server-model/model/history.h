@@ -93,7 +93,7 @@ class History {
   const Entry* redoable(std::uint64_t client_id) const;
   Result<std::string> step(std::uint64_t client_id, Direction direction, const Limits& limits);
   std::string refusal(const Entry& entry, Direction direction) const;
-  std::string blame(const Step& step, const Conflict& conflict) const;
+  std::string blame(const Entry& entry, const Conflict& conflict) const;
   /// The first step of somebody else behind this one that stands and changed the same; null: none.
   const Step* gone_on(const Entry& entry) const;
   /// Nobody else has a step behind this one, taken back or not.

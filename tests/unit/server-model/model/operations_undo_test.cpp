@@ -60,7 +60,7 @@ std::vector<v1::Operation> sculpted_sheet() {
 }
 
 /// "a" with its linked partner, fitted over the base plane of its first points; "b" for itself; a reference;
-/// two alternatives; a sculpted sheet.
+/// two alternatives; a sculpted sheet; a version and a comment.
 Document scene() {
   v1::Operation other;
   other.mutable_new_alternative()->set_name("other");
@@ -70,7 +70,9 @@ Document scene() {
       {}, {create("a"), symmetry("a", v1::SetSymmetry::PARTNER, -0.01), add("a", random_points(60, 71, 0.05)),
            fit("a"), add("a", random_points(20, 73, 0.06)), fit("a"), create("b"),
            add("b", random_points(50, 72)), fit("b", 3), plate("floor"), other, rename("b", "B"), back});
-  return applied(shapes, sculpted_sheet());
+  const Document sculpted = applied(shapes, sculpted_sheet());
+  return applied(sculpted, {operation(R"({"name_version": {"name": "draft"}})"), rename("b", "Back"),
+                            operation(R"({"add_comment": {"text": "Here", "entity": "a"}})")});
 }
 
 /// By the name of its field in the message. Those of shapes are for "a", so that its partner is to follow.
@@ -145,6 +147,12 @@ std::map<std::string, v1::Operation> every_operation() {
       "boundary_representation": "b25seSB0aGUgZXhjaGFuZ2UgcmVhZHMgdGhpcw==", "metres_per_unit": 0.001,
       "faces": [{"number": 3, "surface": {"degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1],
                  "knots_v": [0, 0, 1, 1], "control": [0, 0, 0, 0, 0.2, 0, 0.3, 0, 0, 0.3, 0.2, 0.1]}}]}}})");
+  all["name_version"] = operation(R"({"name_version": {"name": "final"}})");
+  all["restore_version"] = operation(R"({"restore_version": {"name": "draft"}})");
+  all["delete_version"] = operation(R"({"delete_version": {"name": "draft"}})");
+  all["add_comment"] = operation(R"({"add_comment": {"text": "There", "place": {"x": 0.1}}})");
+  all["change_comment"] = operation(R"({"change_comment": {"id": "comment-1", "resolved": true}})");
+  all["delete_comment"] = operation(R"({"delete_comment": {"id": "comment-1"}})");
   return all;
 }
 
