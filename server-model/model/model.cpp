@@ -40,15 +40,15 @@ void Model::touch_all() {
   touch(all);
 }
 
+std::optional<Submitted> Model::answered_before(const v1::Operation& operation) const {
+  if (operation.client_op_id() == 0) return std::nullopt;
+  const auto known = answered_.find({operation.client_id(), operation.client_op_id()});
+  if (known != answered_.end()) return known->second;
+  return journal_ ? journal_->answered(operation.client_id(), operation.client_op_id()) : std::nullopt;
+}
+
 Result<Submitted> Model::submit(const v1::Operation& operation) {
-  if (operation.client_op_id() != 0) {
-    const auto known = answered_.find({operation.client_id(), operation.client_op_id()});
-    if (known != answered_.end()) return known->second;
-    if (journal_) {
-      if (auto before = journal_->answered(operation.client_id(), operation.client_op_id()))
-        return *std::move(before);
-    }
-  }
+  if (auto before = answered_before(operation)) return *std::move(before);
   if (journal_) {
     if (auto status = journal_->accepting(); !status) return status.error();
   }

@@ -78,6 +78,9 @@ class Model {
   /// and applied no second time (the last 1024 are remembered). Export, and imports whose file is not read
   /// yet, are for the session: failed_precondition.
   Result<Submitted> submit(const handloft::v1::Operation& operation);
+  /// What was answered to an operation that this one retries (H3): for who refuses before submit() is asked.
+  /// nullopt: it is a new one, or was refused.
+  std::optional<Submitted> answered_before(const handloft::v1::Operation& operation) const;
 
   /// As this client sees it: its own undo and redo. PeopleQuery and ModelsQuery are for the session: a model
   /// by itself has nobody, and knows no other.

@@ -58,11 +58,15 @@ void ModelActor::tell_when_durable() {
 }
 
 Result<ModelActor::Outcome> ModelActor::apply(const v1::Operation& resolved, const Allowed& allowed) {
-  if (allowed) {
+  // What was done is answered so, whoever has leased, deleted or closed what it was done to since (H3).
+  auto before = model_.answered_before(resolved);
+  if (!before && allowed) {
     if (const Status status = allowed(model_.document()); !status) return status.error();
   }
-  if (Status free = claims_->leases.check(resolved); !free) return free.error();
-  auto submitted = model_.submit(resolved);
+  if (!before) {
+    if (Status free = claims_->leases.check(resolved); !free) return free.error();
+  }
+  auto submitted = before ? Result<model::Submitted>(*std::move(before)) : model_.submit(resolved);
   if (!submitted) return submitted.error();
   if (submitted->sequence != 0) publish_scene();
   Outcome outcome;
@@ -106,7 +110,14 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
         [this, perform, operation = std::move(operation), files = std::move(files), done = std::move(done)] {
           auto resolved = model::resolve_operation(operation, files, model_.limits());
           if (!resolved) {
-            done(resolved.error());
+            // A retry of what was done needs its file no more.
+            post([perform, operation, refused = resolved.error(), done, this] {
+              if (model_.answered_before(operation)) {
+                perform(operation, done);
+              } else {
+                done(refused);
+              }
+            });
             return;
           }
           post([perform, resolved = *std::move(resolved), done] { perform(resolved, done); });

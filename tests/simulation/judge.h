@@ -15,6 +15,7 @@ class Judge {
     sent,
     durable,    ///< Acknowledged with its place in the order.
     unchanged,  ///< Accepted; there was nothing to change.
+    applied,    ///< Acknowledged as that only, as was asked: a crash may lose it.
     refused,    ///< The model is as it was.
     unsaved,    ///< Done, but could not be saved: a restart may have lost it.
   };
@@ -32,6 +33,7 @@ class Judge {
       complain("operation " + std::to_string(op) + " was answered twice, and not alike");
     told = now;
   }
+  void applied(std::uint64_t op) { told_[op].promise = Promise::applied; }
   void refused(std::uint64_t op) { told_[op].promise = Promise::refused; }
   void unsaved(std::uint64_t op) { told_[op].promise = Promise::unsaved; }
 

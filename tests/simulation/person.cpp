@@ -1,6 +1,7 @@
 #include "tests/simulation/person.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "common/base/result.h"
@@ -68,6 +69,7 @@ void Person::lost() {
   ++life_;
   link_ = nullptr;
   joined_ = false;
+  leases_.clear();
   for (Unanswered& one : unanswered_) one.request = 0;
   connect_soon();
 }
@@ -178,8 +180,14 @@ void Person::sees() {
 void Person::read_ack(const v1::Ack& ack) {
   for (auto one = unanswered_.begin(); one != unanswered_.end(); ++one) {
     if (one->request != ack.request()) continue;
+    const bool in_memory = one->answer_when == v1::SAVE_LEVEL_APPLIED;
     const std::uint64_t op = one->operation.client_op_id();
-    if (!ack.has_failure()) {
+    if (!ack.has_failure() && in_memory) {
+      if (ack.level() > v1::SAVE_LEVEL_DURABLE) judge_.complain(words() + " is told of no known level");
+      judge_.applied(op);
+    } else if (!ack.has_failure()) {
+      if (ack.sequence() != 0 && ack.level() == v1::SAVE_LEVEL_APPLIED)
+        judge_.complain(words() + " is answered before the disk has it");
       judge_.acknowledged(op, ack.sequence());
     } else if (ack.failure().message().find("could not be saved") != std::string::npos) {
       judge_.unsaved(op);
@@ -189,7 +197,7 @@ void Person::read_ack(const v1::Ack& ack) {
     unanswered_.erase(one);
     return;
   }
-  judge_.complain(words() + " is answered what it did not ask");
+  if (leases_.erase(ack.request()) == 0) judge_.complain(words() + " is answered what it did not ask");
 }
 
 void Person::send_waiting() {
@@ -199,6 +207,7 @@ void Person::send_waiting() {
     v1::Envelope envelope;
     envelope.mutable_submit()->set_request(++last_request_);
     *envelope.mutable_submit()->mutable_operation() = one.operation;
+    envelope.mutable_submit()->set_answer_when(one.answer_when);
     if (!link_->client_send(envelope)) return;  // watch() tries again.
     if (one.since != TimePoint{}) ++statistics_.sent_again;
     one.request = last_request_;
@@ -212,11 +221,26 @@ void Person::work() {
       unanswered_.size() >= options_.most_unanswered) {
     return;
   }
+  if (timeline_.random().chance(options_.leases)) ask_for_lease();
   v1::Operation operation = random_operation(*mirror_->scene(), timeline_.random(), options_.mix);
   operation.set_client_op_id(((options_.number + 1) << op_shift) + ++last_op_);
-  unanswered_.push_back({std::move(operation), 0, TimePoint{}});
+  const bool hurries = timeline_.random().chance(options_.hurries);
+  unanswered_.push_back(
+      {std::move(operation), hurries ? v1::SAVE_LEVEL_APPLIED : v1::SAVE_LEVEL_UNSPECIFIED, 0, TimePoint{}});
   ++statistics_.operations;
   send_waiting();
+}
+
+void Person::ask_for_lease() {
+  const auto& entities = mirror_->scene()->entities;
+  if (entities.empty()) return;
+  auto one = entities.begin();
+  std::advance(one, static_cast<std::ptrdiff_t>(timeline_.random().below(entities.size())));
+  v1::Envelope envelope;
+  envelope.mutable_lease()->set_request(++last_request_);
+  envelope.mutable_lease()->set_entity(one->first);
+  envelope.mutable_lease()->set_release(timeline_.random().chance(0.3));
+  if (link_->client_send(envelope)) leases_.insert(last_request_);
 }
 
 void Person::work_later() {

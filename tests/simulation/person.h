@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "client-hmd/mirror/scene_mirror.h"
@@ -23,6 +24,8 @@ struct PersonOptions {
   double mean_pause_s = 0.2;        ///< Between two operations.
   std::size_t most_unanswered = 8;  ///< Operations under way.
   double patience_s = 15;           ///< With a connection that owes an answer and says nothing.
+  double leases = 0.05;             ///< Of all that it does: to say what it will work on,
+  double hurries = 0.1;             ///< or to be answered before the disk has it.
   OperationMix mix;
   enum class Key {
     kept,
@@ -71,6 +74,7 @@ class Person {
  private:
   struct Unanswered {
     v1::Operation operation;
+    v1::SaveLevel answer_when = v1::SAVE_LEVEL_UNSPECIFIED;
     std::uint64_t request = 0;  ///< 0: not sent on this connection.
     TimePoint since;
   };
@@ -83,6 +87,7 @@ class Person {
   void check(const Status& applied, const char* what);
   void join();
   void work();
+  void ask_for_lease();
   void work_later();
   void send_waiting();
   void watch();
@@ -103,6 +108,7 @@ class Person {
   bool working_ = true;
   TimePoint heard_;
   TimePoint connected_at_;
+  std::set<std::uint64_t> leases_;  ///< Requests, of this connection.
   std::deque<Unanswered> unanswered_;
   std::uint64_t last_op_ = 0;
   std::uint64_t last_request_ = 0;

@@ -103,6 +103,36 @@ v1::Operation sculpting(const client::Scene& seen, Random& random) {
   return operation;
 }
 
+/// Versions and comments.
+v1::Operation words(const client::Scene& seen, Random& random) {
+  v1::Operation operation;
+  const auto some = [&](const char* what) { return what + std::to_string(1 + random.below(6)); };
+  switch (random.below(6)) {
+    case 0:
+      operation.mutable_name_version()->set_name(some("version "));
+      break;
+    case 1:
+      operation.mutable_restore_version()->set_name(some("version "));
+      break;
+    case 2:
+      operation.mutable_delete_version()->set_name(some("version "));
+      break;
+    case 3:
+      operation.mutable_change_comment()->set_id(some("comment-"));
+      operation.mutable_change_comment()->set_resolved(random.chance(0.5));
+      break;
+    case 4:
+      operation.mutable_delete_comment()->set_id(some("comment-"));
+      break;
+    default:
+      operation.mutable_add_comment()->set_text("thinner here");
+      if (random.chance(0.5)) operation.mutable_add_comment()->set_entity(some_entity(seen, random));
+      place(*operation.mutable_add_comment()->mutable_place(), random);
+      break;
+  }
+  return operation;
+}
+
 }  // namespace
 
 v1::Operation random_operation(const client::Scene& seen, Random& random, const OperationMix& mix) {
@@ -113,6 +143,7 @@ v1::Operation random_operation(const client::Scene& seen, Random& random, const 
     if (random.chance(0.25)) operation.mutable_redo();
     return operation;
   }
+  if (random.chance(mix.words)) return words(seen, random);
   if (random.chance(mix.sculpting)) return sculpting(seen, random);
   const std::string entity = some_entity(seen, random);
   switch (random.below(seen.entities.size() < 3 ? 4 : 16)) {

@@ -12,6 +12,7 @@ struct OperationMix {
   double nonsense = 0.05;  ///< Of all operations.
   double undo = 0.15;      ///< And redo: a third as often.
   double sculpting = 0.05;
+  double words = 0.05;  ///< Versions and comments.
 };
 
 v1::Operation random_operation(const client::Scene& seen, Random& random, const OperationMix& mix);

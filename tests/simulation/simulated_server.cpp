@@ -1,11 +1,14 @@
 #include "tests/simulation/simulated_server.h"
 
+#include <unistd.h>
+
 #include <utility>
 
 namespace handloft::simulation {
 namespace {
 
 constexpr const char* model_file = "model";
+constexpr double tick_s = 0.25;
 
 /// What connections are numbered by who have no key: others with every start.
 constexpr std::uint64_t start_shift = 40;
@@ -47,11 +50,22 @@ void SimulatedServer::start() {
   options.actor.store = store_;
   options.actor.acknowledge = options_.acknowledge;
   options.actor.epoch = starts_;
+  options.rooms.queue = std::make_shared<SimulatedThread>(timeline_, options_.pool_s);
+  options.wall_ns = [this] { return to_ns(timeline_.now()); };
   options.actor.meshes.tessellation.chord_tolerance_m = 1e-3;
   options.actor.meshes.tessellation.max_divisions = 8;
   peers_ = session::Peers::start(std::move(opened->model), std::move(options), timeline_.clock(),
                                  Logger("simulation", LogLevel::off));
   events_ = peers_->events(net::Endpoint::Kind::unix_socket);
+  tick(starts_);
+}
+
+void SimulatedServer::tick(std::uint64_t start) {
+  timeline_.after(tick_s, [this, start] {
+    if (!up() || start != starts_) return;
+    peers_->tick();
+    tick(start);
+  });
 }
 
 LinkPtr SimulatedServer::connect(const v1::Hello& hello, ClientEnd end) {
@@ -63,22 +77,28 @@ LinkPtr SimulatedServer::connect(const v1::Hello& hello, ClientEnd end) {
   info.protocol_minor = net::protocol_minor;
   info.hello_received = timeline_.now();
   info.client_key = hello.client_key();
-  info.uid = 1000;
+  info.uid = ::getuid();
   std::uint64_t id = (starts_ << start_shift) + ++last_number_;
   if (events_.admit) {
     const auto admission = events_.admit(info);
     if (!admission) return nullptr;
     if (admission->client_id != 0) id = admission->client_id;
-  } else {
-    id = 1000 + (std::uint64_t(std::uint8_t(info.client_key[0])) << 20U) + std::uint8_t(info.client_key[8]);
-    for (const LinkPtr& old : links_)
-      if (old->id() == id && !old->closed()) old->hang_up("again");
   }
   const auto link =
       std::make_shared<Link>(timeline_, options_.link, events_, id, std::move(info), std::move(end));
   std::erase_if(links_, [](const LinkPtr& old) { return old->closed(); });
   links_.push_back(link);
   return link->begin() ? link : nullptr;
+}
+
+test::FaultDisk::Files SimulatedServer::after(test::Crash crash, std::size_t end) {
+  const std::uint64_t chance = timeline_.random().next();
+  if (options_.disk == SimulatedServerOptions::Disk::honest)
+    return test::after_crash(before_, disk_->events(), end, crash, chance);
+  std::vector<test::FaultDisk::Event> events = disk_->events();
+  events.resize(end);
+  std::erase_if(events, [](const auto& event) { return event.kind == test::FaultDisk::Event::Kind::flush; });
+  return test::after_crash(before_, events, events.size(), crash, chance);
 }
 
 void SimulatedServer::in_disk(const std::function<void()>& work) {
@@ -92,23 +112,21 @@ void SimulatedServer::in_disk(const std::function<void()>& work) {
   const std::size_t begun = disk_->events().size();
   work();
   const std::size_t end = begun + timeline_.random().below(disk_->events().size() - begun + 1);
-  before_ = test::after_crash(before_, disk_->events(), end, crash, timeline_.random().next());
+  before_ = after(crash, end);
   timeline_.after(0, [this] { forget(); });
 }
 
 void SimulatedServer::kill(test::Crash crash) {
   if (!up()) return;
   for (const LinkPtr& link : links_) link->server_dies(timeline_.random().between(0, 5));
-  before_ =
-      test::after_crash(before_, disk_->events(), disk_->events().size(), crash, timeline_.random().next());
+  before_ = after(crash, disk_->events().size());
   forget();
 }
 
 void SimulatedServer::stop() {
   if (!up()) return;
-  peers_->close();
   for (const LinkPtr& link : links_) link->server_dies(timeline_.random().between(0, 0.1));
-  peers_->actor().stop();
+  peers_->stop();
   store_->stop();
   before_ = disk_->files();
   forget();

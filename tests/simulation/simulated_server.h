@@ -25,6 +25,11 @@ struct SimulatedServerOptions {
   /// The model's thread, a thread beside it, the disk: longest piece of work.
   double model_s = 0.002, pool_s = 0.02, disk_s = 0.03;
   LinkOptions link;
+  enum class Disk {
+    honest,
+    lies,  ///< Negative control: what it says is flushed is gone with the power.
+  };
+  Disk disk = Disk::honest;
 };
 
 class SimulatedServer {
@@ -61,6 +66,8 @@ class SimulatedServer {
   std::size_t most_queued_bytes() const { return most_queued_bytes_; }
 
  private:
+  test::FaultDisk::Files after(test::Crash crash, std::size_t end);
+  void tick(std::uint64_t start);
   void in_disk(const std::function<void()>& work);
   void forget();
 

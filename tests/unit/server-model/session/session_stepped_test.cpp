@@ -95,5 +95,36 @@ TEST_F(Stepped, StoppingWritesWhatWaits) {
   EXPECT_EQ(open().model.sequence(), 1U);
 }
 
+// Found by the simulation: the retry was refused, and its client believed that nothing had happened.
+TEST_F(Stepped, H3ARetryIsAnsweredThoughSomebodyHasLeasedTheShapeSince) {
+  auto actor = start(open());
+  const auto answer_to = [&](const v1::Operation& operation) {
+    Result<ModelActor::Outcome> answer = make_error(ErrorCode::internal, "none");
+    actor->submit(operation, {}, [&](const auto& outcome) { answer = outcome; });
+    model->run_all();
+    disk->run_all();
+    return answer;
+  };
+  ASSERT_TRUE(answer_to(stroke(0)).ok());
+  v1::Operation mine;
+  mine.mutable_transform()->add_entities("a");
+  mine.mutable_transform()->mutable_translation()->set_x(0.1);
+  mine.set_client_id(1);
+  mine.set_client_op_id(7);
+  const auto first = answer_to(mine);
+  ASSERT_TRUE(first.ok()) << first.error().describe();
+  actor->viewer_came(2, "Ann", [] {});
+  Status leased = make_error(ErrorCode::internal, "none");
+  actor->lease(2, "a", ModelActor::LeaseWish::take, [&](const Status& status) { leased = status; });
+  model->run_all();
+  ASSERT_TRUE(leased.ok()) << leased.error().describe();
+  const auto again = answer_to(mine);
+  ASSERT_TRUE(again.ok()) << again.error().describe();
+  EXPECT_EQ(again->sequence, first->sequence);
+  v1::Operation another = mine;
+  another.set_client_op_id(8);
+  EXPECT_FALSE(answer_to(another).ok()) << "negative control: a new one is refused";
+}
+
 }  // namespace
 }  // namespace handloft::session
