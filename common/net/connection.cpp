@@ -251,6 +251,9 @@ Status ServerConnection::shake_hands() {
     if (!admission) return admission.error();
     if (admission->client_id != 0) id_ = admission->client_id;
   }
+  // Whatever the callback says, over TLS nobody comes in without having proved who they are.
+  if (origin_.channel == ConnectionOrigin::Channel::tls && !peer_.certificate)
+    return make_error(ErrorCode::permission_denied, "this device is not paired with this server", "hello");
   hello_timer_.cancel();
   said_hello_ = true;
   decoder_.set_max_frame_bytes(shared_->options.max_frame_bytes);

@@ -5,6 +5,7 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <boost/asio/as_tuple.hpp>
@@ -20,6 +21,7 @@
 #include <set>
 #include <vector>
 
+#include "common/net/address.h"
 #include "common/net/server_connection.h"
 
 namespace handloft::net {
@@ -121,7 +123,7 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
       return told(fmt::format("there are {} connections already", taken));
     if (half_open.size() >= shared->options.max_half_open)
       return told(fmt::format("{} connections have not said hello yet", half_open.size()));
-    const auto of_address = half_open_of.find(address);
+    const auto of_address = half_open_of.find(limited_address(address));
     if (!address.empty() && of_address != half_open_of.end() &&
         of_address->second >= shared->options.max_half_open_per_address)
       return told(fmt::format("{} connections of {} have not said hello yet", of_address->second, address));
@@ -137,8 +139,10 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
 
   void welcome(FileDescriptor fd, std::string address) {
     if (turned_away(address)) return;
-    if (const Status status = check_peer(fd.get(), listener.endpoint); !status) {
-      shared->log.warning("a connection is refused: {}", status.error().describe());
+    const Status known =
+        shared->options.local_users == LocalUsers::any ? Status() : check_peer(fd.get(), listener.endpoint);
+    if (!known) {
+      shared->log.warning("a connection is refused: {}", known.error().describe());
       return;
     }
     if (listener.endpoint.kind != Endpoint::Kind::unix_socket) {
@@ -174,8 +178,9 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
       if (full) {
         refused.insert(id);
       } else {
-        half_open.emplace(id, origin.address);
-        ++half_open_of[origin.address];
+        const std::string counted = limited_address(origin.address);
+        half_open.emplace(id, counted);
+        ++half_open_of[counted];
       }
       connection = std::make_shared<ServerConnection>(executor, std::move(fd), std::move(stream),
                                                       std::move(origin), shared);
@@ -245,6 +250,13 @@ Result<std::unique_ptr<MessageServer>> MessageServer::listen(asio::any_io_execut
                       "a tls: endpoint needs a certificate of the server's own and an authority", "endpoint");
   Result<Listener> listener = listen_on(endpoint, options.tcp_exposure);
   if (!listener) return listener.error();
+  constexpr mode_t everybody = 0666;
+  if (endpoint.kind == Endpoint::Kind::unix_socket && options.local_users == LocalUsers::any &&
+      ::chmod(endpoint.path.c_str(), everybody) != 0)
+    return make_error(
+        ErrorCode::io,
+        fmt::format("cannot open \"{}\" to other users: {}", endpoint.path, std::strerror(errno)),
+        "endpoint");
   return serve(std::move(executor), std::move(*listener), std::move(options), std::move(events), clock,
                std::move(log));
 }

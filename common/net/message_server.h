@@ -23,6 +23,12 @@ namespace handloft::net {
 inline constexpr std::uint32_t protocol_major = 1;
 inline constexpr std::uint32_t protocol_minor = 2;
 
+/// Whom a unix socket lets in.
+enum class LocalUsers {
+  own,  ///< Our own user and root; the socket file has mode 0600.
+  any   ///< All of this host, 0666: ServerEvents::admit decides by PeerInfo::uid.
+};
+
 struct ServerOptions {
   std::string program = "handloft";  ///< In the Welcome: "handloft-modeld 0.1.0".
   std::uint32_t max_frame_bytes = default_max_frame_bytes;
@@ -30,7 +36,8 @@ struct ServerOptions {
   std::chrono::milliseconds hello_timeout{5000};  ///< A peer that has not said hello by then is closed.
   std::size_t max_connections = 256;  ///< With those in the handshake; more are refused with a reason.
   std::size_t max_half_open = 64;     ///< Peers in the handshake at a time.
-  /// Of those of one address, so that one host alone cannot keep the others out; tcp and tls.
+  /// Of those of one address (of IPv6 one /64), so that one host alone cannot keep the others out; tcp and
+  /// tls.
   std::size_t max_half_open_per_address = 32;
   /// Messages of one peer in a second, on average over some seconds: whoever sends more is read more slowly,
   /// and nobody else notices. 0: any number.
@@ -42,6 +49,7 @@ struct ServerOptions {
   /// The kernel's buffer for each peer: what a slow reader still gets of the past before the newest. 0: the
   /// system's.
   int send_buffer_bytes = 256 << 10;
+  LocalUsers local_users = LocalUsers::own;
   TcpExposure tcp_exposure = TcpExposure::loopback_only;
   std::shared_ptr<const TlsContext> tls = {};  ///< For tls: endpoints, which need one.
 };

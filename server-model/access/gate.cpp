@@ -243,6 +243,10 @@ v1::Role Gate::role_of(const User& user, std::string_view model) const {
   return granted(*implementation_->people(), user.name, model);
 }
 
+bool Gate::owns_host(const User& user) const {
+  return implementation_->owns_server(user);
+}
+
 Result<v1::Role> Gate::enter(const User& user, std::string_view model, v1::Role asked) {
   if (rank(asked) == 0)
     return make_error(ErrorCode::invalid_argument, "expected viewer, commenter, editor or owner",

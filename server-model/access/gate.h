@@ -64,6 +64,8 @@ class Gate {
   /// The role of a client that comes to a model with a Hello that asked for one. Errors: permission_denied
   /// naming the role that the user has, with an audit entry.
   Result<v1::Role> enter(const User& user, std::string_view model, v1::Role asked);
+  /// The server's own user and root by a unix socket: who may name any file of the host.
+  bool owns_host(const User& user) const;
   /// False when the user or the device has been revoked since: to be closed.
   bool still_welcome(const User& user) const;
 

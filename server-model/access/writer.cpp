@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "common/net/address.h"
+
 namespace handloft::access {
 
 namespace {
@@ -89,7 +91,7 @@ Status Writer::may_try(const std::string& address, std::int64_t now_ns) {
     wrong_.clear();
     wrong_in_all_ = 0;
   }
-  const auto found = wrong_.find(address);
+  const auto found = wrong_.find(net::limited_address(address));
   if (wrong_in_all_ >= options_.wrong_codes_per_minute_in_all ||
       (found != wrong_.end() && found->second >= options_.wrong_codes_per_minute))
     return make_error(ErrorCode::resource_exhausted, "too many wrong codes: try again in a minute", "code");
@@ -102,7 +104,8 @@ Result<v1::Paired> Writer::pair_now(const Pairing& pairing) {
                                   pairing.request.device(), options_.certificate_days},
                                  pairing.now_ns / ns_per_s);
   if (!paired) {
-    ++wrong_[pairing.address];  // Of as many addresses at most as there may be wrong codes in all.
+    ++wrong_[net::limited_address(
+        pairing.address)];  // Of as many addresses at most as there may be wrong codes in all.
     ++wrong_in_all_;
     return paired.error();
   }

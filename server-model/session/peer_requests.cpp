@@ -158,7 +158,7 @@ void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
   }
   model::FileAccess files = options_.files;
   // TCP knows no users: whoever connects gets the folders, not the machine.
-  if (peer->kind != net::Endpoint::Kind::unix_socket) files.scope = model::FileAccess::Scope::within_folders;
+  if (!gate_->owns_host(peer->user)) files.scope = model::FileAccess::Scope::within_folders;
   room->actor->submit(
       std::move(operation), std::move(files),
       [peer, bytes, request](const auto& outcome) {

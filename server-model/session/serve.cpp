@@ -106,6 +106,9 @@ Result<Served> served_model(const ServeOptions& options, const Logger& log) {
 Result<std::shared_ptr<access::Gate>> gate_of(const ServeOptions& options, const Logger& log) {
   auto gate_options = options.limits.gate_options();
   if (!gate_options) return gate_options.error();
+  if (options.access.empty() && options.limits.local_users == "any")
+    return make_error(ErrorCode::failed_precondition, "other users of this host need roles: --access FILE",
+                      "people.local_users");
   if (options.access.empty()) return access::Gate::without_file(*std::move(gate_options));
   return access::Gate::open(options.access, *std::move(gate_options), log.component("access"));
 }

@@ -47,6 +47,10 @@ void ServiceLimits::add_to(OptionTable& table) {
   table.add("limits.send_buffer_kib", send_buffer_kib, "The kernel's buffer for each client; 0: the system's",
             whole(0, 1024 * 1024, "KIB"));
 
+  table.add(
+      "people.local_users", local_users,
+      "Who of this host may connect by unix: sockets: only you and root, or any user who was given a role",
+      TextRule{.choices = {"own", "any"}, .value_name = ""});
   table.add("people.tcp_role", tcp_role, "What anybody on this host may do by tcp:, which knows no users",
             TextRule{.choices = {"none", "viewer", "commenter", "editor", "owner"}, .value_name = ""});
   table.add("people.certificate_days", certificate_days,
@@ -71,6 +75,7 @@ void ServiceLimits::apply_to(ServerOptions& options) const {
   options.net.max_frame_bytes = static_cast<std::uint32_t>(max_message_kib * kib);
   options.net.max_messages_per_s = static_cast<std::uint32_t>(max_messages_per_s);
   options.net.send_buffer_bytes = static_cast<int>(send_buffer_kib * kib);
+  options.net.local_users = local_users == "any" ? net::LocalUsers::any : net::LocalUsers::own;
   options.max_pending_requests = max_pending_requests;
   options.max_pending_bytes = max_pending_kib * kib;
   options.actor.client_frames.max_frames_per_s = max_hand_frames_per_s;

@@ -30,6 +30,7 @@ struct ServiceLimits {
   std::uint64_t send_buffer_kib = 256;
 
   // [people]
+  std::string local_users = "own";
   std::string tcp_role = "editor";
   int certificate_days = 730;
   std::uint64_t wrong_codes_per_minute = 5;

@@ -14,6 +14,8 @@ TEST(PairingCode, HasFortySignsInGroupsOfFive) {
   EXPECT_EQ(text.size(), 47U);
   for (std::size_t i = 0; i < text.size(); ++i) EXPECT_EQ(text[i] == '-', i % 6 == 5) << i;
   EXPECT_EQ(text.find_first_of("ILOU"), std::string::npos);
+  // Reckoned apart, by hand of another program.
+  EXPECT_EQ(text, "014D2-PF2DB-SQQZX-Q5TK1-V58CG-GZVEB-N63PA-GS1P1");
 }
 
 TEST(PairingCode, IsReadAgainHoweverItWasWritten) {

@@ -215,10 +215,23 @@ TEST_F(GateTest, WrongCodesOfManyAddressesAreBoundedInAll) {
   const auto authority = net::read_pairing_code(code)->authority;
   std::size_t denied = 0;
   for (int host = 0; host < 400; ++host) {
-    const auto outcome = pair(net::write_pairing_code({authority, 5}), "2001:db8::" + std::to_string(host));
+    const auto outcome =
+        pair(net::write_pairing_code({authority, 5}), "2001:db8:0:" + std::to_string(host) + "::1");
     if (outcome.error().code == ErrorCode::permission_denied) ++denied;
   }
   EXPECT_EQ(denied, GateOptions{}.wrong_codes_per_minute_in_all);
+}
+
+TEST_F(GateTest, ANetworkOfAddressesIsOneHost) {
+  const std::string code = invited("Ann", v1::ROLE_EDITOR);
+  const auto authority = net::read_pairing_code(code)->authority;
+  std::size_t denied = 0;
+  for (int host = 0; host < 20; ++host) {
+    const auto outcome = pair(net::write_pairing_code({authority, 5}), "2001:db8::" + std::to_string(host));
+    if (outcome.error().code == ErrorCode::permission_denied) ++denied;
+  }
+  EXPECT_EQ(denied, GateOptions{}.wrong_codes_per_minute);
+  EXPECT_TRUE(pair(code, "2001:db8:0:1::1").ok());
 }
 
 TEST_F(GateTest, AFloodOfRefusalsIsNotWrittenDown) {

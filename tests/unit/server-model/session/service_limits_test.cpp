@@ -43,6 +43,7 @@ notices_kib = 104
 scene_kib = 105
 send_buffer_kib = 106
 [people]
+local_users = "any"
 tcp_role = "none"
 certificate_days = 3
 wrong_codes_per_minute = 4
@@ -87,7 +88,7 @@ TEST(ServiceLimits, TheExampleDocumentsEveryKey) {
       flags.insert(option.flag);
   }
   EXPECT_EQ(flags, documented);
-  EXPECT_EQ(flags.size(), 21U);
+  EXPECT_EQ(flags.size(), 22U);
 }
 
 TEST(ServiceLimits, AnUnknownKeyIsRefusedByName) {
@@ -122,6 +123,7 @@ TEST(ServiceLimits, AreAppliedEachToItsOwn) {
   EXPECT_EQ(options.client_memory.notices_bytes, 104U << 10U);
   EXPECT_EQ(options.client_memory.scene_bytes, 105U << 10U);
   EXPECT_EQ(options.net.send_buffer_bytes, 106 << 10);
+  EXPECT_EQ(options.net.local_users, net::LocalUsers::any);
   const auto gate = limits.gate_options();
   ASSERT_TRUE(gate.ok());
   EXPECT_EQ(gate->tcp_role, v1::ROLE_UNSPECIFIED);
