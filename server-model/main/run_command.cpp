@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <utility>
 
 #include "common/base/clock.h"
 #include "common/base/config.h"
@@ -61,15 +62,14 @@ class ConnectedTarget final : public ScriptTarget {
   Exports exports_;
 };
 
-Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect, handloft::v1::Role role,
+Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect,
+                                                  session::RemoteTargetOptions remote,
                                                   const FileAccess& files, const Clock& clock) {
   if (connect.empty())
     return std::unique_ptr<ScriptTarget>(
         std::make_unique<LocalTarget>(files, Model(Document{}, context_on_all_cores())));
   auto endpoint = net::parse_endpoint(connect);
   if (!endpoint) return endpoint.error();
-  session::RemoteTargetOptions remote;
-  remote.role = role;
   auto server = session::RemoteTarget::connect(*endpoint, clock, std::move(remote));
   if (!server) return server.error();
   const auto exports = endpoint->kind == net::Endpoint::Kind::unix_socket
@@ -86,6 +86,8 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
   std::string output_dir = ".";
   std::string connect;
   std::string role = "editor";
+  std::string model;
+  std::string save = "configured";
   bool keep_going = false;
   OptionTable table("handloft-modeld run", description);
   table.add_positional("SCRIPT", script, "The script, or - for standard input",
@@ -98,6 +100,10 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
             TextRule{.choices = {}, .value_name = "ENDPOINT"});
   table.add("role", role, "With --connect: as what; the server refuses more than you may",
             TextRule{.choices = {"viewer", "commenter", "editor", "owner"}, .value_name = ""});
+  table.add("model", model, "With --connect: which of the server's models; none: its first",
+            TextRule{.choices = {}, .value_name = "NAME"});
+  table.add("save", save, "With --connect: how safe a line is to be when it is answered",
+            TextRule{.choices = {"configured", "durable", "applied"}, .value_name = ""});
   table.add("keep_going", keep_going, "Go on after a failed line; the exit status is 1 all the same");
   auto outcome = table.parse(arguments);
   if (!outcome) {
@@ -135,7 +141,14 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
     complain(asked_role.error().describe());
     return exit_usage;
   }
-  auto target = make_target(connect, *asked_role, files, clock);
+  session::RemoteTargetOptions remote;
+  remote.role = *asked_role;
+  remote.model = model;
+  if (save != "configured") {
+    remote.answer_when =
+        save == "durable" ? handloft::v1::SAVE_LEVEL_DURABLE : handloft::v1::SAVE_LEVEL_APPLIED;
+  }
+  auto target = make_target(connect, std::move(remote), files, clock);
   if (!target) {
     complain(target.error().describe());
     return exit_usage;

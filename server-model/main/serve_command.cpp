@@ -28,6 +28,9 @@ int serve_command(const std::vector<std::string>& arguments) {
   session::ServeOptions options;
   std::string at_end = "stay";
   std::string acknowledge = "durable";
+  std::string create = "owners";
+  constexpr double longest_s = 86'400;
+  double close_after_s = to_seconds(options.close_after);
   std::string log_level = "info";
   std::string read_folder = ".";
   std::string write_folder = ".";
@@ -40,6 +43,13 @@ int serve_command(const std::vector<std::string>& arguments) {
   table.add("store", options.store,
             "The model's file, made when missing: every operation is kept there; none: nothing is kept",
             TextRule{.choices = {}, .value_name = "FILE"});
+  table.add("models", options.models,
+            "A folder of such files, in place of --store: a model each, opened when somebody joins it",
+            TextRule{.choices = {}, .value_name = "FOLDER"});
+  table.add("create", create, "With --models: who may make one by joining a name that is not there",
+            TextRule{.choices = {"owners", "nobody"}, .value_name = ""});
+  table.add("close_after", close_after_s,
+            "With --models: one that nobody uses is closed after so many seconds", NumberRange{0, longest_s});
   table.add("access", options.access,
             "The file of users, devices and roles, made when missing; tls: endpoints need it; none: no users "
             "but you",
@@ -83,6 +93,9 @@ int serve_command(const std::vector<std::string>& arguments) {
   options.log_level = *level;
   options.acknowledge = acknowledge == "applied" ? session::ActorOptions::Acknowledge::applied
                                                  : session::ActorOptions::Acknowledge::durable;
+  options.create =
+      create == "nobody" ? session::RoomsOptions::Create::nobody : session::RoomsOptions::Create::owners;
+  options.close_after = from_seconds(close_after_s);
   options.at_end = at_end == "exit" ? session::ServeOptions::AtEnd::exit : session::ServeOptions::AtEnd::stay;
   options.files.read_folder = read_folder;
   options.files.write_folder = write_folder;

@@ -20,9 +20,10 @@ bool is_letter_or_digit(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
 }
 
-/// Files in the folder that look like models, by name; bounded by what is looked at.
-std::vector<std::string> names_in(const fs::path& folder) {
-  constexpr std::size_t most_looked_at = 100'000;
+}  // namespace
+
+std::vector<std::string> model_names_in(const fs::path& folder) {
+  constexpr std::size_t most_looked_at = 100'000;  // In a folder that is no folder of models.
   std::vector<std::string> names;
   std::error_code failed;
   std::size_t looked_at = 0;
@@ -35,8 +36,6 @@ std::vector<std::string> names_in(const fs::path& folder) {
   std::sort(names.begin(), names.end());
   return names;
 }
-
-}  // namespace
 
 Status check_model_name(std::string_view name) {
   const bool good = !name.empty() && name.size() <= max_name_bytes && is_letter_or_digit(name.front()) &&
@@ -91,7 +90,7 @@ Status Rooms::may_open(const std::string& name, IfMissing if_missing) const {
     if (if_missing == IfMissing::refuse || options_.create == RoomsOptions::Create::nobody) {
       return make_error(ErrorCode::not_found, fmt::format("there is no model \"{}\"", name), "join.model");
     }
-    if (const std::size_t count = names_in(options_.folder).size(); count >= options_.max_models) {
+    if (const std::size_t count = model_names_in(options_.folder).size(); count >= options_.max_models) {
       return make_error(ErrorCode::resource_exhausted, fmt::format("there are {} models already", count),
                         "join.model");
     }
@@ -184,7 +183,7 @@ std::vector<RoomPtr> Rooms::open_rooms() const {
 std::vector<Rooms::Listed> Rooms::list() const {
   std::map<std::string, Listed> listed;
   if (!options_.folder.empty()) {
-    for (std::string& name : names_in(options_.folder)) listed[name].name = name;
+    for (std::string& name : model_names_in(options_.folder)) listed[name].name = name;
   }
   const std::lock_guard lock(mutex_);
   for (const auto& [name, entry] : entries_) {

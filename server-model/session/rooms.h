@@ -11,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -27,6 +28,9 @@ Status check_model_name(std::string_view name);
 
 /// A folder's models keep their names with this behind.
 inline constexpr std::string_view model_suffix = ".handloft";
+
+/// Files of a folder that may be models, by name.
+std::vector<std::string> model_names_in(const std::filesystem::path& folder);
 
 struct RoomsOptions {
   enum class Create : std::uint8_t {

@@ -1,17 +1,21 @@
 #include "server-model/session/serve.h"
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/version.h"
 #include "common/net/message_client.h"
@@ -76,30 +80,74 @@ std::int64_t wall_clock_ns() {
       .count();
 }
 
-/// The model that is served, and who keeps it; null: nobody.
+/// The first model that is served, and who keeps it; null: nobody.
 struct Served {
   model::Model model;
   std::shared_ptr<store::ModelStore> store;
+  std::string name = ServerOptions().model_name;
 };
 
-/// As its file has it; a new one as the script leaves it.
-Result<Served> served_model(const ServeOptions& options, const Logger& log) {
-  if (options.store.empty()) {
-    auto model = scripted_model(options, model::Model(model::Document(), model::context_on_all_cores()));
-    if (!model) return model.error();
-    return Served{*std::move(model), nullptr};
-  }
+Result<OpenedModel> open_file(const std::filesystem::path& path, const Logger& log) {
   store::ModelStoreOptions store_options;
   store_options.now_ns = wall_clock_ns;
-  auto opened =
-      store::ModelStore::open(options.store, model::context_on_all_cores(), std::move(store_options));
+  auto opened = store::ModelStore::open(path, model::context_on_all_cores(), std::move(store_options));
   if (!opened) return make_error(opened.error().code, opened.error().message, "store");
-  log.info("{}: {} operations, of which {} were replayed", options.store, opened->model.sequence(),
+  log.info("{}: {} operations, of which {} were replayed", path.string(), opened->model.sequence(),
            opened->replayed);
-  if (opened->model.sequence() != 0) return Served{std::move(opened->model), std::move(opened->store)};
+  return OpenedModel{std::move(opened->model), std::move(opened->store)};
+}
+
+/// As its file has it; a new one as the script leaves it.
+Result<Served> served_file(const ServeOptions& options, const std::filesystem::path& path, std::string name,
+                           const Logger& log) {
+  auto opened = open_file(path, log);
+  if (!opened) return opened.error();
+  if (opened->model.sequence() != 0)
+    return Served{std::move(opened->model), std::move(opened->store), std::move(name)};
   auto model = scripted_model(options, std::move(opened->model));
   if (!model) return model.error();
-  return Served{*std::move(model), std::move(opened->store)};
+  return Served{*std::move(model), std::move(opened->store), std::move(name)};
+}
+
+/// The first one by name that can be opened; of a folder without any a new one.
+Result<Served> served_folder(const ServeOptions& options, const Logger& log) {
+  const std::filesystem::path folder = options.models;
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed)
+    return make_error(ErrorCode::io, "cannot make \"" + options.models + "\": " + failed.message(), "models");
+  std::vector<std::string> names = model_names_in(folder);
+  if (names.empty()) names.push_back(ServerOptions().model_name);
+  Result<Served> served = make_error(ErrorCode::not_found, "no model", "models");
+  for (std::string& name : names) {
+    const auto path = folder / (name + std::string(model_suffix));
+    served = served_file(options, path, std::move(name), log);
+    if (served || served.error().field == "script") break;
+    log.error("{}: {}", path.string(), served.error().message);
+  }
+  return served;
+}
+
+Result<Served> served_model(const ServeOptions& options, const Logger& log) {
+  if (!options.models.empty()) {
+    if (options.store.empty()) return served_folder(options, log);
+    return make_error(ErrorCode::invalid_argument, "found a file and a folder, expected one of them",
+                      "models");
+  }
+  if (!options.store.empty()) return served_file(options, options.store, ServerOptions().model_name, log);
+  auto model = scripted_model(options, model::Model(model::Document(), model::context_on_all_cores()));
+  if (!model) return model.error();
+  return Served{*std::move(model), nullptr};
+}
+
+/// Numbers of clients without a key must never come again in any file of the folder, whichever is opened: as
+/// many a millisecond since 2026 as no server has.
+std::uint64_t first_client_id_now() {
+  constexpr std::int64_t begin_ms = 1'767'225'600'000;
+  constexpr std::int64_t ns_per_ms = 1'000'000;
+  constexpr unsigned clients_per_ms_shift = 8;
+  const std::int64_t ms = std::max<std::int64_t>(0, wall_clock_ns() / ns_per_ms - begin_ms);
+  return static_cast<std::uint64_t>(ms) << clients_per_ms_shift;
 }
 
 /// Who may come in.
@@ -144,7 +192,14 @@ class Session {
     server_options.actor.cad = options_.files.cad;
     if (!options_.export_folder.empty()) server_options.actor.export_folder = options_.export_folder;
     server_options.actor.acknowledge = options_.acknowledge;
-    if (served.store) {
+    server_options.model_name = served.name;
+    if (!options_.models.empty()) {
+      server_options.rooms.folder = options_.models;
+      server_options.rooms.create = options_.create;
+      server_options.rooms.close_after = options_.close_after;
+      server_options.rooms.open = [this](const std::filesystem::path& path) { return open_file(path, log_); };
+      server_options.net.first_client_id += first_client_id_now();
+    } else if (served.store) {
       // Ids of the log's clients never come again, or a new client would get an old one's answers.
       server_options.net.first_client_id += served.store->epoch() << epoch_shift;
     }

@@ -9,6 +9,7 @@
 #include "server-model/interaction/interaction.h"
 #include "server-model/session/model_actor.h"
 #include "server-model/session/resolve_operation.h"
+#include "server-model/session/rooms.h"
 #include "server-model/session/service_limits.h"
 
 namespace handloft::session {
@@ -24,6 +25,10 @@ struct ServeOptions {
   ServiceLimits limits;
   std::string script;  ///< Run before anybody is served; a failing line ends the server.
   std::string store;   ///< The model's file (store/model_store.h), made when missing; empty: none.
+  std::string
+      models;  ///< A folder of such files, a model each (rooms.h), in place of `store`; empty: one model.
+  RoomsOptions::Create create = RoomsOptions::Create::owners;  ///< With `models`: who may make further ones.
+  Duration close_after = std::chrono::minutes(5);  ///< With `models`: that nobody uses for so long.
   ActorOptions::Acknowledge acknowledge = ActorOptions::Acknowledge::durable;
   std::string report;  ///< JSON file written at the end (report.h); empty: none.
   AtEnd at_end =

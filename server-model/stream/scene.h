@@ -39,7 +39,7 @@ struct HandMarks {
   std::vector<std::string> active;   ///< Ids of what gestures and commands act on.
   std::vector<std::string> targets;  ///< Ids of what hands act on now, or would.
   std::vector<IconMark> icons;
-  std::map<std::string, LeaseMark> leases;  ///< By entity.
+  std::map<std::string, LeaseMark> leases = {};  ///< By entity.
 };
 
 struct SceneEntity {

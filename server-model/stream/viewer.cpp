@@ -160,12 +160,23 @@ bool Viewer::resume(const v1::Join& join, const Scene& scene) {
 
 namespace {
 
-std::size_t bytes_of(const model::EntityPtr& entity) {
+/// Of what `held` has and `now` (maybe null) has not: chunks of points are shared with what came of them.
+std::size_t bytes_beside(const model::EntityPtr& held, const model::EntityPtr& now) {
   constexpr std::size_t per_icon = 256;
-  if (const model::DualPtr shape = model::as_dual(entity))
-    return shape->points.size() * sizeof(model::DualPoint);
-  const model::SculptPtr sculpted = model::as_sculpt(entity);
-  return sculpted ? sculpted->icons->size() * per_icon : 0;
+  if (held == now) return 0;
+  const model::SculptPtr sculpted = model::as_sculpt(held);
+  if (sculpted) return sculpted->icons->size() * per_icon;
+  const model::DualPtr shape = model::as_dual(held);
+  if (!shape) return 0;
+  const model::DualPtr newer = model::as_dual(now);
+  std::size_t bytes = 0;
+  for (std::size_t i = 0; i < shape->points.chunk_count(); ++i) {
+    const auto chunk = shape->points.chunk(i);
+    const bool shared =
+        newer && i < newer->points.chunk_count() && newer->points.chunk(i).data() == chunk.data();
+    if (!shared) bytes += chunk.size() * sizeof(model::DualPoint);
+  }
+  return bytes;
 }
 
 std::size_t bytes_of(const v1::Mesh& mesh) {
@@ -183,9 +194,7 @@ std::size_t Viewer::stale_bytes(const Scene& scene) const {
   for (const auto& [id, held] : held_) {
     const auto found = scene.entities.find(id);
     const SceneEntity* now = found == scene.entities.end() ? nullptr : &found->second;
-    if (held.entity.entity && (now == nullptr || now->entity != held.entity.entity)) {
-      bytes += bytes_of(held.entity.entity);
-    }
+    if (held.entity.entity) bytes += bytes_beside(held.entity.entity, now == nullptr ? nullptr : now->entity);
     for (const auto& surface : {held.surface, held.entity.surface}) {
       if (surface && (now == nullptr || now->surface != surface)) bytes += bytes_of(*surface);
       if (held.surface == held.entity.surface) break;  // One and the same.

@@ -32,6 +32,7 @@ class FakeConnection final : public net::Connection {
     pull_ = std::move(pull);
   }
   void notify_pull() override {
+    if (stalled_) return;
     const std::lock_guard turn(pull_mutex_);
     Pull pull;
     {
@@ -52,7 +53,17 @@ class FakeConnection final : public net::Connection {
   void fail(const Error& /*error*/) override { closed_ = true; }
   void close() override { closed_ = true; }
   bool closed() const override { return closed_; }
-  net::ConnectionStatistics statistics() const override { return {}; }
+  net::ConnectionStatistics statistics() const override {
+    net::ConnectionStatistics statistics;
+    statistics.queued_frames = stalled_ ? 1 : 0;
+    return statistics;
+  }
+  /// The peer reads nothing (any more): nothing is pulled, and something waits.
+  void stall() { stalled_ = true; }
+  void read_on() {
+    stalled_ = false;
+    notify_pull();
+  }
 
   bool paused() const { return paused_; }
   /// All that was sent so far.
@@ -82,6 +93,7 @@ class FakeConnection final : public net::Connection {
   std::vector<v1::Envelope> sent_;
   std::atomic<bool> paused_ = false;
   std::atomic<bool> closed_ = false;
+  std::atomic<bool> stalled_ = false;
 };
 
 }  // namespace handloft::test

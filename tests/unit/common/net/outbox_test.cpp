@@ -56,6 +56,31 @@ TEST(Outbox, EveryLimitHolds) {
   EXPECT_FALSE(outbox.put_latest({1, "c"}, frame(""))) << "slots";
 }
 
+TEST(Outbox, U4_no_lane_takes_anothers_room) {
+  Outbox outbox({.max_queued_bytes = 10,
+                 .max_queued_frames = 10,
+                 .max_slots = 10,
+                 .max_slot_bytes = 10,
+                 .max_notices = 2,
+                 .max_notice_bytes = 10});
+  EXPECT_TRUE(outbox.put_latest({1, "hand"}, frame("1234567890")));
+  EXPECT_FALSE(outbox.put_latest({1, "other"}, frame("1")));
+  EXPECT_TRUE(outbox.put_latest({2, "people", Lane::notices}, frame("1234567890")));
+  EXPECT_FALSE(outbox.put_latest({2, "more", Lane::notices}, frame("1")));
+  EXPECT_TRUE(outbox.push(frame("1234567890")));
+  EXPECT_TRUE(outbox.has_answers());
+  EXPECT_EQ(outbox.queued_bytes(), 30u);
+  outbox.take();
+  EXPECT_FALSE(outbox.has_answers());
+  outbox.take();
+  EXPECT_TRUE(outbox.put_latest({1, "other"}, frame("1"))) << "what was taken gives its room back";
+  EXPECT_FALSE(outbox.put_latest({2, "more", Lane::notices}, frame("1")));
+  outbox.take();
+  EXPECT_TRUE(outbox.put_latest({2, "a", Lane::notices}, frame("1")));
+  EXPECT_TRUE(outbox.put_latest({2, "b", Lane::notices}, frame("1")));
+  EXPECT_FALSE(outbox.put_latest({2, "c", Lane::notices}, frame("1"))) << "notices";
+}
+
 TEST(Outbox, ClearingEmptiesAll) {
   Outbox outbox;
   outbox.push(frame("x"));

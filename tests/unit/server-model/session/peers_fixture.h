@@ -29,30 +29,57 @@ class PeersTest : public ::testing::Test {
   void TearDown() override {
     if (peers_) peers_->actor().stop();
   }
-  void start(ServerOptions options) {
+  void start(ServerOptions options, model::Model initial = model::Model()) {
     if (peers_) peers_->actor().stop();
     clock_.set(from_ns(1'000'000'000'000));
     options.files.read_folder = folder_.path();
     options.files.write_folder = folder_.path();
     options.actor.export_folder = folder_.path();
-    peers_ = Peers::start(model::Model(), std::move(options), clock_, Logger("test", LogLevel::off));
+    peers_ = Peers::start(std::move(initial), std::move(options), clock_, Logger("test", LogLevel::off));
     events_ = peers_->events(net::Endpoint::Kind::unix_socket);
   }
-  ConnectionPtr connect(v1::Role role, const std::string& name) {
+  ConnectionPtr connect(v1::Role role, const std::string& name) { return connect_as(++last_id_, role, name); }
+  /// Of a client with a key, whose id is the same each time.
+  ConnectionPtr connect_as(std::uint64_t id, v1::Role role, const std::string& name) {
     net::PeerInfo info;
     info.role = role;
     info.name = name;
     info.protocol_minor = net::protocol_minor;
-    auto connection = std::make_shared<test::FakeConnection>(++last_id_, info);
+    auto connection = std::make_shared<test::FakeConnection>(id, info);
     EXPECT_TRUE(events_.on_join(connection).ok());
     return connection;
   }
   ConnectionPtr joined(v1::Role role, const std::string& name) {
     auto connection = connect(role, name);
-    v1::Envelope envelope;
-    envelope.mutable_join();
-    EXPECT_TRUE(say(connection, envelope).ok());
+    join(connection, {});
     return connection;
+  }
+  void join(const ConnectionPtr& connection, v1::Join message) {
+    v1::Envelope envelope;
+    *envelope.mutable_join() = std::move(message);
+    EXPECT_TRUE(say(connection, envelope).ok());
+    (void)settled();
+  }
+  std::uint64_t submit(const ConnectionPtr& connection, const v1::Operation& operation,
+                       v1::SaveLevel answer_when = v1::SAVE_LEVEL_UNSPECIFIED) {
+    v1::Envelope envelope;
+    envelope.mutable_submit()->set_request(++last_request_);
+    envelope.mutable_submit()->set_answer_when(answer_when);
+    *envelope.mutable_submit()->mutable_operation() = operation;
+    EXPECT_TRUE(say(connection, envelope).ok());
+    return last_request_;
+  }
+  v1::QueryResult ask(const ConnectionPtr& connection, const v1::Query& query) {
+    v1::Envelope envelope;
+    envelope.mutable_ask()->set_request(++last_request_);
+    *envelope.mutable_ask()->mutable_query() = query;
+    EXPECT_TRUE(say(connection, envelope).ok());
+    (void)settled();
+    for (const v1::Envelope& sent : connection->sent()) {
+      if (sent.has_answer() && sent.answer().request() == last_request_) return sent.answer().result();
+    }
+    ADD_FAILURE() << "no answer";
+    return {};
   }
   Status say(const ConnectionPtr& connection, const v1::Envelope& envelope) {
     return events_.on_message(connection, envelope);
