@@ -131,7 +131,8 @@ class ModelActor {
   using Allowed = std::function<Status(const model::Document&)>;
   void submit(v1::Operation operation, model::FileAccess files, std::function<void(Result<Outcome>)> done,
               Allowed allowed = {}, v1::SaveLevel answer_when = v1::SAVE_LEVEL_UNSPECIFIED);
-  void ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done);
+  /// As this client sees it: its own undo and redo.
+  void ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done, std::uint64_t client_id = 0);
 
   /// A client sees the model from now on: scenes tell its own steps of history, and who it is where it has
   /// leased something. `joined` is called on the model's thread when scene() has that.

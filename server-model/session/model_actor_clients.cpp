@@ -127,10 +127,11 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
   }
 }
 
-void ModelActor::ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done) {
-  post([this, query = std::move(query), done = std::move(done)] {
+void ModelActor::ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done,
+                     std::uint64_t client_id) {
+  post([this, query = std::move(query), done = std::move(done), client_id] {
     if (!query.has_distance()) {
-      done(model_.query(query));
+      done(model_.query(query, client_id));
       return;
     }
     // Measures every point against a mesh, which may have to be prepared first: not while a hand waits.

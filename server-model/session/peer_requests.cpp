@@ -226,10 +226,13 @@ void Peers::ask(const PeerPtr& peer, const v1::Ask& message) {
   }
   const std::size_t bytes = message.ByteSizeLong();
   begin_request(*peer, bytes);
-  room->actor->ask(message.query(), [peer, bytes, answer](Result<v1::QueryResult> result) {
-    answer(std::move(result));
-    finish_request(*peer, bytes);
-  });
+  room->actor->ask(
+      message.query(),
+      [peer, bytes, answer](Result<v1::QueryResult> result) {
+        answer(std::move(result));
+        finish_request(*peer, bytes);
+      },
+      peer->id);
 }
 
 void Peers::presence(const PeerPtr& peer, v1::Presence message) {

@@ -111,6 +111,8 @@ LogRecord make_record(const model::Submitted& submitted, std::uint64_t epoch, st
   for (const std::string& id : submitted.changes.changed) answer.add_changed(id);
   for (const std::string& id : submitted.changes.removed) answer.add_removed(id);
   answer.set_alternatives(submitted.changes.alternatives);
+  answer.set_versions(submitted.changes.versions);
+  answer.set_comments(submitted.changes.comments);
   answer.set_words(submitted.words);
   for (const std::string& note : submitted.notes) answer.add_notes(note);
   for (const std::string& gesture : submitted.cancelled_gestures) answer.add_cancelled_gestures(gesture);
@@ -127,6 +129,8 @@ model::Submitted answer_of(const LogRecord& record) {
   submitted.changes.changed.assign(answer.changed().begin(), answer.changed().end());
   submitted.changes.removed.assign(answer.removed().begin(), answer.removed().end());
   submitted.changes.alternatives = answer.alternatives();
+  submitted.changes.versions = answer.versions();
+  submitted.changes.comments = answer.comments();
   submitted.words = answer.words();
   submitted.notes.assign(answer.notes().begin(), answer.notes().end());
   submitted.cancelled_gestures.assign(answer.cancelled_gestures().begin(), answer.cancelled_gestures().end());
