@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "client-hmd/hud/words.h"
 
@@ -82,6 +83,20 @@ std::vector<Words> connection_words(const HudStatus& status) {
   return {{"●", good}, {"Live", ink}};
 }
 
+/// As the lit scene has it, encoded.
+glm::vec4 legend_colour(ColourScheme scheme, float share) {
+  const DivergingRamp& ramp = scene_colours(scheme).distance;
+  const float at = std::abs(share);
+  const std::uint32_t end = share < 0.0F ? ramp.negative : ramp.positive;
+  const glm::vec3 linear = glm::mix(linear_rgb(ramp.nought), linear_rgb(end), at);
+  glm::vec4 encoded(1.0F);
+  for (int i = 0; i < 3; ++i) {
+    encoded[i] =
+        linear[i] <= 0.0031308F ? 12.92F * linear[i] : 1.055F * std::pow(linear[i], 1.0F / 2.4F) - 0.055F;
+  }
+  return encoded;
+}
+
 /// What the colours of distances mean: a bar from the one end to the other, and the range in words.
 void add_legend(const HudStatus& status, Layout& layout, int row) {
   if (status.references == 0 || status.compared == 0) {
@@ -101,7 +116,7 @@ void add_legend(const HudStatus& status, Layout& layout, int row) {
     const float share = 2.0F * (static_cast<float>(i) + 0.5F) / steps - 1.0F;
     const glm::vec2 corner{free.x + bar_width * static_cast<float>(i) / steps, free.y - bar_height / 2.0F};
     layout.overlay.panels.push_back(
-        {corner, {bar_width / steps, bar_height}, 0.0F, distance_colour_srgb(share)});
+        {corner, {bar_width / steps, bar_height}, 0.0F, legend_colour(status.colours, share)});
   }
   layout.overlay.texts.push_back({highest,
                                   {free.x + bar_width + gap, free.y + 0.36F * layout.text_height()},

@@ -31,7 +31,8 @@ struct HudStatus {
   std::vector<std::string> others;       ///< Who else is here ...
   std::vector<std::uint64_t> other_ids;  ///< ... and as which client, for the colour.
   std::size_t shapes = 0, surfaces = 0, points = 0;
-  std::size_t references = 0;              ///< Imported, to design around (A28).
+  std::size_t references = 0;  ///< Imported, to design around (A28).
+  ColourScheme colours = ColourScheme::normal;
   std::optional<DistanceScale> distances;  ///< Shown: with a legend.
   std::size_t compared = 0;                ///< Shapes whose distances are known.
   Alternatives alternatives;               ///< Told when there is more than one.

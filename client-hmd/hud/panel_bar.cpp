@@ -65,7 +65,10 @@ bool put_person(PanelParts& parts, const Person& person, float right_end) {
   ImGui::Dummy({diameter, font->FontSize});
   ImGui::SameLine(0.0F, 0.4F * parts.em);
   put_words(parts, font, name, parts.theme.ink);
-  if (ImGui::IsItemHovered() && !person.doing.empty()) tip(parts, person.name, person.doing, {});
+  if (ImGui::IsItemHovered() && !(person.doing.empty() && person.role.empty())) {
+    const std::string role = person.role.empty() || person.doing.empty() ? person.role : person.role + ": ";
+    tip(parts, person.name, role + person.doing, {});
+  }
   ImGui::SameLine(0.0F, 1.0F * parts.em);
   return true;
 }

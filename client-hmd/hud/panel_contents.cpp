@@ -16,6 +16,8 @@ namespace {
 constexpr std::array<std::string_view, 7> section_order{"Shape",  "Edit",   "Select", "Curves",
                                                         "Design", "Sculpt", "Icons"};
 
+constexpr std::size_t longest_problem = 60;  ///< Of the words of a state.
+
 bool can_edit(const PanelFacts& facts) {
   return facts.model.connected && facts.desktop.available;
 }
@@ -64,6 +66,28 @@ void add_model_state(const PanelFacts& facts, std::vector<StateWords>& states) {
   }
 }
 
+/// "Saved" only what is on the server's disk (U5).
+void add_saved_state(const PanelFacts& facts, std::vector<StateWords>& states) {
+  if (!facts.model.connected || facts.model.snapshots == 0) return;
+  const Storage& storage = facts.model.scene->storage;
+  switch (saved_state(storage, facts.model.scene->sequence)) {
+    case SavedState::saved:
+      states.push_back({"●", "Saved", Tone::good});
+      break;
+    case SavedState::saving:
+      states.push_back({"○", "Saving", Tone::plain});
+      break;
+    case SavedState::not_kept:
+      states.push_back({"◇", "Not kept in a file", Tone::caution});
+      break;
+    case SavedState::failing:
+      states.push_back({"⚠", "Not saved: " + shortened(storage.problem, longest_problem), Tone::bad});
+      break;
+    case SavedState::unknown:
+      break;
+  }
+}
+
 void add_tracking_state(const PanelFacts& facts, std::vector<StateWords>& states) {
   if (!facts.tracking_wanted) {
     states.push_back({"◇", "Mouse and keyboard", Tone::plain});
@@ -77,6 +101,9 @@ void add_tracking_state(const PanelFacts& facts, std::vector<StateWords>& states
 }
 
 void add_figures(const PanelFacts& facts, std::vector<StateWords>& figures) {
+  if (!facts.model.refusal.empty()) {
+    figures.push_back({"⚠", "Refused: " + shortened(facts.model.refusal, longest_problem), Tone::bad});
+  }
   if (facts.lag && *facts.lag > lag_threshold) {
     figures.push_back({"⚠", fmt::format("{:.1f} s behind", to_seconds(*facts.lag)), Tone::bad});
   }
@@ -104,7 +131,47 @@ std::vector<Person> people(const PanelFacts& facts) {
     others.push_back({activity.name.empty() ? "Somebody" : activity.name,
                       user_colour(activity.client_id, facts.colours), activity.tool});
   }
-  return others;
+  if (facts.model.people == nullptr) return others;
+  // Those who only look have no hand; and the server knows what everybody may do.
+  std::vector<Person> all;
+  for (const PersonHere& here : *facts.model.people) {
+    if (here.client_id == facts.model.own_client_id) continue;
+    Person person{
+        here.name.empty() ? here.user : here.name, user_colour(here.client_id, facts.colours), {}, here.role};
+    for (const auto& [key, activity] : facts.model.activities) {
+      if (key.client_id == here.client_id && person.doing.empty()) person.doing = activity.tool;
+    }
+    if (person.name.empty()) person.name = "Somebody";
+    all.push_back(std::move(person));
+  }
+  return all;
+}
+
+std::vector<CommentRow> comment_rows(const PanelFacts& facts) {
+  std::vector<CommentRow> open, resolved;
+  const Scene& scene = *facts.model.scene;
+  if (scene.comments == nullptr) return open;
+  int number = 0;  // As of open_threads().
+  for (const PinnedComment& comment : *scene.comments) {
+    if (!comment.reply_to.empty()) continue;
+    CommentRow row;
+    row.id = comment.id;
+    row.resolved = comment.resolved;
+    row.number = comment.resolved ? 0 : ++number;
+    row.text = comment.text;
+    row.about = comment.author.empty() ? "Somebody" : comment.author;
+    if (const auto shape = scene.entities.find(comment.entity); shape != scene.entities.end()) {
+      row.about += " on " + shape->second->name;
+    }
+    row.colour = user_colour(comment.client_id, facts.colours);
+    for (const PinnedComment& reply : *scene.comments) {
+      if (reply.reply_to != comment.id) continue;
+      row.replies.push_back((reply.author.empty() ? "Somebody" : reply.author) + ": " + reply.text);
+    }
+    (comment.resolved ? resolved : open).push_back(std::move(row));
+  }
+  open.insert(open.end(), std::make_move_iterator(resolved.begin()), std::make_move_iterator(resolved.end()));
+  return open;
 }
 
 std::string_view kind_words(EntityKind kind) {
@@ -157,7 +224,11 @@ std::string details_of(const Entity& entity) {
 }
 
 std::string who_changes(const Entity& entity, const ModelState& model) {
-  if (!entity.provisional) return {};
+  if (!entity.provisional) {
+    if (entity.leased_by == 0) return {};
+    if (entity.leased_by == model.own_client_id) return "you";
+    return entity.leased_by_name.empty() ? "somebody" : entity.leased_by_name;
+  }
   if (entity.provisional_by == 0 || entity.provisional_by == model.own_client_id) return "you";
   for (const auto& [key, activity] : model.activities) {
     if (activity.client_id == entity.provisional_by && !activity.name.empty()) return activity.name;
@@ -236,9 +307,9 @@ std::string why_not(PaletteCommand command, const PanelFacts& facts) {
   if (!can_edit(facts)) return "You are watching: start with a hand of your own to change things";
   switch (command) {
     case PaletteCommand::undo:
-      return scene.history.undo_steps == 0 ? "There is nothing to undo" : "";
+      return scene.history.undo_steps == 0 ? "There is nothing to undo" : scene.history.undo_refused;
     case PaletteCommand::redo:
-      return scene.history.redo_steps == 0 ? "There is nothing to redo" : "";
+      return scene.history.redo_steps == 0 ? "There is nothing to redo" : scene.history.redo_refused;
     case PaletteCommand::fit:
     case PaletteCommand::refit_plane:
     case PaletteCommand::duplicate:
@@ -284,7 +355,9 @@ PanelContents panel_contents(const PanelFacts& facts, const HistoryTrail& trail)
   PanelContents contents;
   contents.has_scene = facts.model.snapshots > 0;
   contents.can_edit = can_edit(facts);
+  contents.can_comment = contents.can_edit && facts.model.role != v1::ROLE_VIEWER;
   add_model_state(facts, contents.states);
+  add_saved_state(facts, contents.states);
   add_tracking_state(facts, contents.states);
   add_figures(facts, contents.figures);
   contents.people = people(facts);
@@ -293,6 +366,8 @@ PanelContents panel_contents(const PanelFacts& facts, const HistoryTrail& trail)
   contents.shapes = shape_rows(facts.model);
   contents.alternatives = facts.model.scene->alternatives;
   contents.history = trail.rows();
+  contents.comments = comment_rows(facts);
+  if (facts.model.scene->versions != nullptr) contents.versions = *facts.model.scene->versions;
   return contents;
 }
 

@@ -44,6 +44,7 @@ struct Person {
   std::string name;
   std::uint32_t colour = 0;  ///< sRGB
   std::string doing;         ///< "laying points"; empty: nothing.
+  std::string role = {};     ///< "editor"; empty: not told.
 };
 
 struct CommandButton {
@@ -73,6 +74,17 @@ struct ShapeRow {
   bool target = false;
 };
 
+/// Comments that begin a thread, with what was answered (U6).
+struct CommentRow {
+  std::string id;
+  int number = 0;  ///< Of its pin in the picture; 0: resolved.
+  std::string text;
+  std::string about;  ///< "Ann on seat"
+  std::uint32_t colour = 0;
+  bool resolved = false;
+  std::vector<std::string> replies;  ///< "Bo: yes"
+};
+
 struct Gauge {
   std::string_view label;
   double value = 0.0;   ///< 0..1
@@ -95,7 +107,10 @@ struct PanelContents {
   Alternatives alternatives;
   HistoryRows history;
   bool has_scene = false;
-  bool can_edit = false;  ///< Joined as an editor, and connected.
+  std::vector<CommentRow> comments;  ///< Open ones first, in the order of making.
+  std::vector<NamedVersion> versions;
+  bool can_edit = false;     ///< Joined as an editor, and connected.
+  bool can_comment = false;  ///< The same, or as a commenter.
 };
 
 PanelContents panel_contents(const PanelFacts& facts, const HistoryTrail& trail);

@@ -31,6 +31,10 @@ struct PanelMemory {
   std::string renaming;  ///< Id of the shape whose name is being typed; empty: none.
   std::string name;      ///< As typed so far.
   bool name_focused = false;
+  std::string comment;   ///< As typed so far.
+  std::string replying;  ///< Id of the comment that is being answered; empty: none.
+  std::string reply;
+  std::string version;
   std::map<std::string, bool> open_sections;
   std::map<std::string, float> heights;  ///< That panels would fill, as of the frame before.
 };
@@ -103,6 +107,8 @@ void draw_tools(PanelParts& parts);
 /// The corner's mark that folds a column away; within its panel, before anything else.
 void draw_fold(PanelParts& parts, Side side);
 void draw_scene_page(PanelParts& parts);
+void draw_comments(PanelParts& parts);
+void draw_versions(PanelParts& parts);
 void draw_view_page(PanelParts& parts);
 void draw_settings_page(PanelParts& parts);
 void draw_help_page(PanelParts& parts);

@@ -24,6 +24,25 @@ struct ShowShape {
 struct SwitchAlternative {
   std::string name;
 };
+/// Pinned to the shape; without one to the table.
+struct CommentOn {
+  std::string entity;
+  std::string text;
+};
+struct ReplyTo {
+  std::string comment;
+  std::string text;
+};
+struct ResolveComment {
+  std::string id;
+  bool resolved = true;
+};
+struct KeepVersion {
+  std::string name;
+};
+struct RestoreNamed {
+  std::string version;
+};
 struct ChangeView {
   ViewChoices choices;
 };
@@ -31,7 +50,8 @@ struct ChangeSettings {
   HudSettings settings;  ///< Already in effect; to be kept.
 };
 
-using PanelRequest = std::variant<DesktopCommand, RenameShape, DeleteShape, ShowShape, SwitchAlternative,
-                                  ChangeView, ChangeSettings>;
+using PanelRequest =
+    std::variant<DesktopCommand, RenameShape, DeleteShape, ShowShape, SwitchAlternative, CommentOn, ReplyTo,
+                 ResolveComment, KeepVersion, RestoreNamed, ChangeView, ChangeSettings>;
 
 }  // namespace handloft::client

@@ -190,7 +190,11 @@ void draw_scene_page(PanelParts& parts) {
   gap(parts, 0.5F);
   draw_history(parts);
   gap(parts, 0.5F);
+  draw_versions(parts);
+  gap(parts, 0.5F);
   draw_alternatives(parts);
+  gap(parts, 0.5F);
+  draw_comments(parts);
 }
 
 }  // namespace handloft::client

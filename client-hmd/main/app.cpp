@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 
 #include "client-hmd/display/window_display.h"
@@ -12,6 +13,7 @@
 #include "client-hmd/main/open_display.h"
 #include "client-hmd/main/shoot.h"
 #include "common/net/endpoint.h"
+#include "common/net/paired_server.h"
 
 namespace handloft::client {
 namespace {
@@ -48,9 +50,18 @@ Status run_hmd(const HmdOptions& options, const Logger& log) {
   Result<net::Endpoint> model =
       options.model ? Result<net::Endpoint>(*options.model) : net::default_model_endpoint();
   if (!model) return model.error();
+  if (!options.pair.empty()) {
+    const Result<std::filesystem::path> folder = net::paired_servers_folder();
+    if (!folder) return folder.error();
+    const Result<net::PairedServer> paired = net::pair(*model, options.pair, {}, *folder);
+    if (!paired) return paired.error();
+    log.info("paired with {} as {}, {}", paired->endpoint, paired->user, paired->role);
+  }
+  const Result<std::shared_ptr<const net::TlsContext>> tls = net::tls_to(*model);
+  if (!tls) return tls.error();
   EndSignal end_signal;  // Before any thread: all of them inherit the mask.
   const SystemClock clock;
-  Feeds feeds(options, *model, clock, log);
+  Feeds feeds(options, *model, clock, log, *tls);
   Result<std::unique_ptr<Display>> display = open_display(options, log);
   if (!display) return display.error();
   if (options.shots.wanted()) {

@@ -2,14 +2,33 @@
 
 #include "client-hmd/main/desktop_link.h"
 
+#include <cstdlib>
 #include <utility>
 
 namespace handloft::client {
+namespace {
 
-Feeds::Feeds(const HmdOptions& options, const net::Endpoint& model, const Clock& clock, Logger log)
+/// Who only looks takes nothing back and need not be known again.
+ClientKey key_of(v1::Role role, const Logger& log) {
+  if (role != v1::ROLE_EDITOR) return {};
+  return ClientKey::open(std::getenv("XDG_STATE_HOME"), std::getenv("HOME"), log);
+}
+
+FeedOptions joining(FeedOptions options, const ClientKey& key, std::shared_ptr<const net::TlsContext> tls) {
+  options.client_key = key.bytes();
+  options.tls = std::move(tls);
+  return options;
+}
+
+}  // namespace
+
+Feeds::Feeds(const HmdOptions& options, const net::Endpoint& model, const Clock& clock, Logger log,
+             std::shared_ptr<const net::TlsContext> tls)
     : daemon_(options.tracking),
       log_(std::move(log)),
-      model_(ModelFeed::start(model, clock, log_.component("model"), feed_options(options))) {
+      key_(key_of(feed_options(options).role, log_)),
+      model_(ModelFeed::start(model, clock, log_.component("model"),
+                              joining(feed_options(options), key_, std::move(tls)))) {
   if (!daemon_) return;
   tracking_ = TrackingFeed::start(*daemon_, clock, log_.component("tracking"));
   if (options.camera == CameraMode::head) want_film();

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "client-hmd/main/client_key.h"
 #include "client-hmd/main/frame_composer.h"
 #include "client-hmd/main/options.h"
 #include "client-hmd/mirror/model_feed.h"
@@ -13,8 +14,10 @@ namespace handloft::client {
 
 class Feeds {
  public:
-  /// Returns at once: each feed connects on a thread of its own. `clock` must outlive this.
-  Feeds(const HmdOptions& options, const net::Endpoint& model, const Clock& clock, Logger log);
+  /// Returns at once: each feed connects on a thread of its own. `clock` must outlive this. `tls`: for a
+  /// model server elsewhere (net::tls_to()).
+  Feeds(const HmdOptions& options, const net::Endpoint& model, const Clock& clock, Logger log,
+        std::shared_ptr<const net::TlsContext> tls = nullptr);
 
   /// Once a frame. A daemon that started anew has other pictures.
   void follow_daemon();
@@ -33,6 +36,7 @@ class Feeds {
  private:
   std::optional<net::Endpoint> daemon_;
   Logger log_;
+  ClientKey key_;
   std::unique_ptr<ModelFeed> model_;
   std::unique_ptr<TrackingFeed> tracking_;
   std::unique_ptr<FilmFeed> film_;

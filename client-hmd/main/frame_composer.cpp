@@ -212,6 +212,7 @@ HudStatus hud_status(const FrameRequest& request, const FrameSources& sources,
   }
   status.history = model.scene->history;
   status.alternatives = model.scene->alternatives;
+  status.colours = request.colours;
   status.distances = request.distances;
   for (const auto& [id, entity] : model.scene->entities) {
     if (entity->kind == EntityKind::reference) {
@@ -263,6 +264,7 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   frame.head = view.head;
   frame.margin_px = view.margin_px;
   frame.distances = request.distances;
+  frame.colours = request.colours;
   frame.shading = request.shading;
   frame.curvature = request.curvature;
   frame.overlays = request.overlays;
@@ -279,6 +281,15 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   // A plane for the hand that draws; in a picture without one it would only stand in the way.
   if (tracking.hand && !tracking.end_of_recording) add_symmetry(*sources.model, frame);
   add_gestures(sources, tracked_hand(tracking), frame);
+  if (request.surroundings == Surroundings::workplace && sources.model->scene->comments != nullptr) {
+    int number = 0;
+    for (const PinnedComment* comment : open_threads(*sources.model->scene->comments)) {
+      ++number;
+      if (!comment->placed) continue;
+      frame.pins.push_back({glm::vec3(comment->x, comment->y, comment->z), number,
+                            linear_rgb(user_colour(comment->client_id, request.colours))});
+    }
+  }
   frame.hand_occlusion = request.hand_occlusion;
   if (sources.ghosts != nullptr) {
     frame.ghosts = sources.ghosts->at(request.now, [&request](std::uint64_t client) {

@@ -206,6 +206,7 @@ Result<Image> FrameLoop::still() {
   RenderOptions rendering;
   rendering.supersampling = still_supersampling;
   rendering.curvatures = Curvatures::awaited;
+  rendering.points = PointDetail::all;
   const FrameSources sources = parts_.feeds.newest();
   if (offscreen()) {
     fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(), Fitting::follow,

@@ -151,6 +151,8 @@ Result<ParsedOptions> parse_options(int argc, const char* const* argv) {
   table.add("panels", panels, "Panels over the picture: in windows, always, or never",
             {.choices = {"windows", "always", "never"}});
   table.add("view_only", options.view_only, "In a window: only look; mouse and keys model nothing");
+  table.add("pair", options.pair,
+            "Pair this device with the model server by the code that `handloft-modeld invite` printed; once");
   table.add("name", options.name, "Of this user, shown to others; default: as the system has it",
             {.value_name = "NAME"});
   table.add("log_level", options.log_level, "How much to say",

@@ -81,6 +81,7 @@ struct HmdOptions {
   SequenceOptions shots;
   PanelWish panels = PanelWish::in_windows;
   bool view_only = false;  ///< In a window: no hand, and nothing can be changed (V6).
+  std::string pair;        ///< One-time code of an invitation (U2); empty: paired already, or on this host.
   std::string name;        ///< Shown to others; empty: the user's.
   std::string log_level = "info";
 };

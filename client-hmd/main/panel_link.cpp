@@ -92,6 +92,26 @@ void PanelLink::carry_out(const PanelRequest& request, ModelFeed& feed, ViewStat
   } else if (const auto* alternative = std::get_if<SwitchAlternative>(&request)) {
     operation.mutable_switch_alternative()->set_name(alternative->name);
     submit(feed, operation, now);
+  } else if (const auto* comment = std::get_if<CommentOn>(&request)) {
+    operation.mutable_add_comment()->set_entity(comment->entity);
+    operation.mutable_add_comment()->set_text(comment->text);
+    // The table's middle, where there is no shape.
+    if (comment->entity.empty()) operation.mutable_add_comment()->mutable_place();
+    submit(feed, operation, now);
+  } else if (const auto* reply = std::get_if<ReplyTo>(&request)) {
+    operation.mutable_add_comment()->set_reply_to(reply->comment);
+    operation.mutable_add_comment()->set_text(reply->text);
+    submit(feed, operation, now);
+  } else if (const auto* resolve = std::get_if<ResolveComment>(&request)) {
+    operation.mutable_change_comment()->set_id(resolve->id);
+    operation.mutable_change_comment()->set_resolved(resolve->resolved);
+    submit(feed, operation, now);
+  } else if (const auto* version = std::get_if<KeepVersion>(&request)) {
+    operation.mutable_name_version()->set_name(version->name);
+    submit(feed, operation, now);
+  } else if (const auto* restored = std::get_if<RestoreNamed>(&request)) {
+    operation.mutable_restore_version()->set_name(restored->version);
+    submit(feed, operation, now);
   } else if (const auto* change = std::get_if<ChangeView>(&request)) {
     change_view(change->choices, view, input);
   } else if (const auto* settings = std::get_if<ChangeSettings>(&request)) {

@@ -22,9 +22,14 @@ struct MirrorLimits {
   // Of one entity or text.
   std::size_t max_entity_icons = 4096;  ///< A surface has tens.
   std::size_t max_text_bytes = 256;
-  std::size_t max_alternatives = 256;  ///< A document holds 64.
-  double max_coordinate_m = 1e4;       ///< As in common/codec: nothing on a table is 10 km away.
-  double max_radius_m = 1.0;           ///< A fuzzy point is 12.7 mm at most (A2); a metre hides the scene.
+  std::size_t max_alternatives = 256;      ///< A document holds 64.
+  std::size_t max_long_text_bytes = 4096;  ///< Comments and notes: what a document holds.
+  std::size_t max_comments = 4096;
+  std::size_t max_comments_bytes = std::size_t{4} << 20;  ///< Of all together.
+  std::size_t max_versions = 1024;
+  std::size_t max_people = 256;
+  double max_coordinate_m = 1e4;  ///< As in common/codec: nothing on a table is 10 km away.
+  double max_radius_m = 1.0;      ///< A fuzzy point is 12.7 mm at most (A2); a metre hides the scene.
 };
 
 /// What a scene, or one entity of it, holds.

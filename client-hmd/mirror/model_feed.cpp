@@ -1,4 +1,5 @@
 #include "client-hmd/mirror/model_feed.h"
+#include "client-hmd/mirror/read_shared_work.h"
 
 #include <algorithm>
 #include <mutex>
@@ -130,6 +131,8 @@ struct ModelFeed::Implementation {
 
   /// What follows is a delta on what is held; else it is a snapshot.
   void on_joined(const v1::Joined& joined) {
+    state.role = joined.role();
+    publish();
     if (joined.resumed() && joined.epoch() == mirror.scene()->epoch) await_snapshot = false;
   }
 
@@ -142,6 +145,7 @@ struct ModelFeed::Implementation {
     state.connected = false;
     state.problem = shortened(error.message);
     state.activities.clear();
+    state.people = nullptr;
     state.takes_hands = false;
     requests.abandon("the connection broke, so it is not known whether this was done");
     if (state.coming != nullptr) show(state.coming);
@@ -326,6 +330,10 @@ struct ModelFeed::Implementation {
       case v1::Envelope::kJoined:
         on_joined(envelope.joined());
         break;
+      case v1::Envelope::kPeople:
+        state.people = read_people(envelope.people(), MirrorLimits());
+        publish();
+        break;
       case v1::Envelope::kPresence:
         on_presence(envelope.presence());
         break;
@@ -370,8 +378,9 @@ std::unique_ptr<ModelFeed> ModelFeed::start(const net::Endpoint& endpoint, const
   options.name = who.name;
   options.max_queued_bytes = max_queued_bytes;
   options.program = program_version("handloft-hmd");
-  options.client_key =
-      net::random_client_key();  // The same one as long as this program runs: to undo, to resume.
+  // At least the same one as long as this program runs: to undo, to resume.
+  options.client_key = who.client_key.empty() ? net::random_client_key() : who.client_key;
+  options.tls = who.tls;
   options.reconnect = net::Reconnect::always;
   options.retry_interval = retry_interval;
   options.silence_timeout = silence_timeout;

@@ -22,6 +22,7 @@
 #include "common/base/log.h"
 #include "common/base/table_palette.h"
 #include "common/net/endpoint.h"
+#include "common/net/tls.h"
 #include "proto/session.pb.h"
 
 namespace handloft::client {
@@ -48,7 +49,9 @@ struct ModelState {
   std::map<ActivityKey, Activity> activities;
   ControlNets control_nets;         ///< Of surfaces, the newest known; empty before they were wanted.
   std::uint64_t own_client_id = 0;  ///< As the server's Welcome named us; 0: not yet.
-  bool takes_hands = false;         ///< This server does something with an editor's hand.
+  std::shared_ptr<const std::vector<PersonHere>> people;  ///< Everybody on the model; null: not told.
+  v1::Role role = v1::ROLE_UNSPECIFIED;  ///< What the server lets us do; unspecified: not told.
+  bool takes_hands = false;              ///< This server does something with an editor's hand.
   /// The scene of a server that is just back, while it lacks some of what is shown; null: none.
   std::shared_ptr<const Scene> coming;
   TimePoint coming_until;  ///< From then on it is `scene`.
@@ -74,6 +77,9 @@ enum class ControlNetWish { hidden, shown };
 struct FeedOptions {
   v1::Role role = v1::ROLE_VIEWER;  ///< ROLE_EDITOR: may send, too.
   std::string name;                 ///< Shown to others.
+  /// With the same one we are the same client when we come again (client_key.h). Empty: a new one.
+  std::string client_key;
+  std::shared_ptr<const net::TlsContext> tls;  ///< For tls: endpoints.
 };
 
 class ModelFeed {

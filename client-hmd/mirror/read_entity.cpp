@@ -283,6 +283,11 @@ Result<std::shared_ptr<const Entity>> read_entity(const EntityBefore& before, co
   entity->kind = *kind;
   entity->revision = state.revision();
   entity->provisional = state.provisional();
+  if (state.leased_by_name().size() > room.max_text_bytes) {
+    return make_error(ErrorCode::data_corrupt, "expected a shorter name", "leased_by_name");
+  }
+  entity->leased_by = state.leased_by();
+  entity->leased_by_name = state.leased_by_name();
   entity->provisional_by = state.provisional() ? state.provisional_by() : 0;
   entity->selected = state.selected();
   entity->target = state.target();

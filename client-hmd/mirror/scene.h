@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "client-hmd/mirror/shared_work.h"
+
 namespace handloft::client {
 
 struct Vec3f {
@@ -100,13 +102,15 @@ struct Entity {
   std::uint32_t settled_points = 0;            ///< Those that stood before the gesture that is in the air.
   std::shared_ptr<const SurfaceMesh> surface;  ///< Null: none.
   std::uint64_t wire_topology = 0;             ///< What the server calls the surface's triangles.
-  std::uint64_t surface_id = 0;                ///< And the surface itself, to say what is held (U3); 0: unknown.
+  std::uint64_t surface_id = 0;  ///< And the surface itself, to say what is held (U3); 0: unknown.
   /// One a vertex of `surface`, signed metres to the nearest reference, positive on the side of its outward
   /// normals; null: not compared, or not measured yet.
   std::shared_ptr<const std::vector<float>> distances_m;
   std::shared_ptr<const std::vector<SceneCurve>> curves;
   std::shared_ptr<const std::vector<SceneIcon>> icons;  ///< Null: none.
   double residual_rms_m = 0.0;
+  std::uint64_t leased_by = 0;  ///< The client that shapes it for some seconds (U1); 0: nobody.
+  std::string leased_by_name;
 
   bool shows_points() const { return points != nullptr && representation != Representation::surface; }
   bool shows_surface() const { return surface != nullptr && representation != Representation::points; }
@@ -117,6 +121,8 @@ struct History {
   std::uint32_t redo_steps = 0;
   std::string next_undo;
   std::string next_redo;
+  std::string undo_refused = {};  ///< Why the next undo would be refused now; empty: it would not.
+  std::string redo_refused = {};
 };
 
 /// Variants of the document, of which one is present (A28).
@@ -131,6 +137,9 @@ struct Scene {
   std::map<std::string, std::shared_ptr<const Entity>> entities;
   History history;
   Alternatives alternatives;
+  Storage storage;
+  std::shared_ptr<const std::vector<PinnedComment>> comments;  ///< Null: none.
+  std::shared_ptr<const std::vector<NamedVersion>> versions;   ///< Null: none.
 };
 
 }  // namespace handloft::client

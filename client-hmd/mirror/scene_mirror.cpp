@@ -6,6 +6,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "client-hmd/mirror/read_shared_work.h"
+
 namespace handloft::client {
 namespace {
 
@@ -23,11 +25,14 @@ Error within(const std::string& prefix, const Error& error) {
 }
 
 Result<History> read_history(const v1::HistoryState& state, const MirrorLimits& limits) {
-  if (state.next_undo().size() > limits.max_text_bytes || state.next_redo().size() > limits.max_text_bytes) {
+  if (state.next_undo().size() > limits.max_text_bytes || state.next_redo().size() > limits.max_text_bytes ||
+      state.undo_refused().size() > limits.max_long_text_bytes ||
+      state.redo_refused().size() > limits.max_long_text_bytes) {
     return corrupt("history",
                    fmt::format("expected descriptions of at most {} bytes", limits.max_text_bytes));
   }
-  return History{state.undo_steps(), state.redo_steps(), state.next_undo(), state.next_redo()};
+  return History{state.undo_steps(), state.redo_steps(),   state.next_undo(),
+                 state.next_redo(),  state.undo_refused(), state.redo_refused()};
 }
 
 Result<Alternatives> read_alternatives(const v1::AlternativesState& state, const MirrorLimits& limits) {
@@ -45,6 +50,27 @@ Result<Alternatives> read_alternatives(const v1::AlternativesState& state, const
   }
   if (!present_is_one) return corrupt("alternatives.present", "expected one of the names");
   return alternatives;
+}
+
+/// Of a snapshot and a delta alike: what is absent stays as it is in `next`.
+template <typename Message>
+Status read_shared_work(const Message& message, const MirrorLimits& limits, Scene& next) {
+  if (message.has_storage()) {
+    Result<Storage> storage = read_storage(message.storage(), limits);
+    if (!storage) return storage.error();
+    next.storage = std::move(*storage);
+  }
+  if (message.has_comments()) {
+    auto comments = read_comments(message.comments(), limits);
+    if (!comments) return comments.error();
+    next.comments = std::move(*comments);
+  }
+  if (message.has_versions()) {
+    auto versions = read_versions(message.versions(), limits);
+    if (!versions) return versions.error();
+    next.versions = std::move(*versions);
+  }
+  return {};
 }
 
 }  // namespace
@@ -83,6 +109,7 @@ Result<Scene> SceneMirror::after(const v1::SceneSnapshot& snapshot) {
   Result<Alternatives> alternatives = read_alternatives(snapshot.alternatives(), limits_);
   if (!alternatives) return alternatives.error();
   next.alternatives = std::move(*alternatives);
+  if (const Status read = read_shared_work(snapshot, limits_, next); !read) return read.error();
   return next;
 }
 
@@ -127,6 +154,7 @@ Result<Scene> SceneMirror::after(const v1::SceneDelta& delta) {
     if (!alternatives) return alternatives.error();
     next.alternatives = std::move(*alternatives);
   }
+  if (const Status read = read_shared_work(delta, limits_, next); !read) return read.error();
   statistics_.stale_entities += stale;
   return next;
 }

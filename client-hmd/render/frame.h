@@ -10,6 +10,7 @@
 
 #include "client-hmd/mirror/control_net.h"
 #include "client-hmd/mirror/scene.h"
+#include "client-hmd/render/colours.h"
 #include "client-hmd/render/cursor_mark.h"
 #include "client-hmd/render/distance_map.h"
 #include "client-hmd/render/hand_shape.h"
@@ -106,6 +107,13 @@ struct GhostHint {
   std::shared_ptr<const SceneCurve> curve;  ///< Being drawn; null: none.
 };
 
+/// A comment's place, with its number as in the panels (U6).
+struct PinMark {
+  glm::vec3 place{0.0F};
+  int number = 1;
+  glm::vec3 colour{0.5F};  ///< Whose it is; linear RGB.
+};
+
 /// Whether the filmed hand hides what is virtual and behind it.
 enum class HandOcclusion { off, on };
 
@@ -133,10 +141,11 @@ struct Frame {
   std::optional<SymmetryHint> symmetry;
   std::vector<DiskHint> disks;                                ///< One a closed hand.
   std::vector<std::shared_ptr<const SceneCurve>> air_curves;  ///< Being drawn; never null.
-  int palette_page = first_palette_page;   ///< Whose cells the table shows; 0: none at all.
-  std::vector<SpaceSheet> sheets;          ///< Status cards and the like.
-  std::optional<PaletteCommand> touched;   ///< The palette's cell under the hand.
-  std::optional<DistanceScale> distances;  ///< Shapes show theirs (A28); references fade.
+  int palette_page = first_palette_page;        ///< Whose cells the table shows; 0: none at all.
+  std::vector<SpaceSheet> sheets;               ///< Status cards and the like.
+  std::optional<PaletteCommand> touched;        ///< The palette's cell under the hand.
+  std::optional<DistanceScale> distances;       ///< Shapes show theirs (A28); references fade.
+  ColourScheme colours = ColourScheme::normal;  ///< Of what is selected, of ramps, nets and strokes (V7).
   Shading shading = Shading::studio;
   CurvatureView curvature;   ///< Which, where `shading` shows it.
   SurfaceOverlays overlays;  ///< Lines over surfaces.
@@ -145,6 +154,7 @@ struct Frame {
   Surroundings surroundings = Surroundings::workplace;
   std::optional<glm::vec3> plain_backdrop;  ///< Linear RGB instead of backdrop, film and table: for mattes.
   std::vector<GhostHint> ghosts;
+  std::vector<PinMark> pins;
   std::optional<FilmedHand> filmed_hand;  ///< With film: where our own hand is in it.
   HandOcclusion hand_occlusion = HandOcclusion::on;
   Overlay overlay;

@@ -144,9 +144,17 @@ void add_box(const Box& box, const RibbonStyle& style, Ribbons& out) {
   }
 }
 
-void add_air_curve(const SceneCurve& curve, const std::optional<glm::vec3>& tint, Ribbons& out) {
+void add_air_curve(const SceneCurve& curve, const std::optional<glm::vec3>& tint, ColourScheme scheme,
+                   Ribbons& out) {
   RibbonStyle style = ribbon_style(curve.kind, curve.colour_rgba);
   RibbonStyle closing = closing_style;
+  if (scheme != ColourScheme::normal && curve.colour_rgba == 0) {
+    const SceneColours& colours = scene_colours(scheme);
+    const std::uint32_t chosen = curve.kind == CurveKind::profile    ? colours.profile
+                                 : curve.kind == CurveKind::boundary ? colours.boundary
+                                                                     : colours.curve;
+    style.colour = closing.colour = linear_rgb(chosen);
+  }
   if (tint) style.colour = closing.colour = *tint;
   out.add(curve.points, curve.closed, style);
   if (curve.kind == CurveKind::boundary && !curve.closed && curve.points.size() > 2) {
@@ -254,10 +262,10 @@ void GesturePass::draw(const Frame& frame, const EyeUniforms& eye) {
   Ribbons lines;
   std::vector<DiskHint> disks = frame.disks;
   add_frames(frame, lines);
-  for (const auto& curve : frame.air_curves) add_air_curve(*curve, std::nullopt, lines);
+  for (const auto& curve : frame.air_curves) add_air_curve(*curve, std::nullopt, frame.colours, lines);
   for (const GhostHint& ghost : frame.ghosts) {
     if (ghost.opacity < smallest_ghost_opacity) continue;
-    if (ghost.curve != nullptr) add_air_curve(*ghost.curve, ghost.colour, lines);
+    if (ghost.curve != nullptr) add_air_curve(*ghost.curve, ghost.colour, frame.colours, lines);
     if (ghost.disk) {
       disks.push_back(*ghost.disk);
       disks.back().tint = ghost.colour;

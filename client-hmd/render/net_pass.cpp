@@ -143,7 +143,7 @@ void NetPass::upload(Resident& resident, const std::shared_ptr<const ControlNet>
 void NetPass::draw(const Frame& frame, const EyeUniforms& eye) {
   std::erase_if(residents_, [&frame](const auto& item) { return frame.control_nets.count(item.first) == 0; });
   if (!frame.overlays.control_nets || frame.scene == nullptr) return;
-  const SceneColours& colours = scene_colours(ColourScheme::normal);
+  const SceneColours& colours = scene_colours(frame.colours);
   const float scale = std::max(1.0F, eye.viewport_px.y / 720.0F);
   const auto begin = [&eye](const GlProgram& program) {
     program.use();

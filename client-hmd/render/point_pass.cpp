@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -21,6 +22,8 @@ uniform mat4 u_eye_from_world;
 uniform mat4 u_clip_from_eye;
 uniform samplerBuffer u_styles;
 uniform float u_focal_px;
+uniform vec3 u_cell_low;   // Positions are shares of a cell's box.
+uniform vec3 u_cell_size;
 uniform float u_smallest_px;
 uniform vec3 u_laid;
 uniform vec3 u_in_the_air;
@@ -38,7 +41,7 @@ void main() {
   vec4 s2 = texelFetch(u_styles, at + 2);
   radius = float[5](s0.x, s0.y, s0.z, s0.w, s1.x);
   alpha = float[5](s1.y, s1.z, s1.w, s2.x, s2.y);
-  vec4 in_eye = u_eye_from_world * vec4(a_position, 1.0);
+  vec4 in_eye = u_eye_from_world * vec4(u_cell_low + a_position * u_cell_size, 1.0);
   eye_depth = -in_eye.z;
   // The most certain points are the smallest: below a pixel they would vanish, so they are drawn a little larger.
   float outer = s2.z;
@@ -109,15 +112,18 @@ Result<PointPass> PointPass::create() {
 }
 
 void PointPass::update(const Scene& scene, const SurfacePass& surfaces) {
-  std::erase_if(residents_, [&scene](const auto& item) {
+  std::erase_if(residents_, [&scene, this](const auto& item) {
     const auto found = scene.entities.find(item.first);
-    return found == scene.entities.end() || found->second->points == nullptr;
+    const bool gone = found == scene.entities.end() || found->second->points == nullptr;
+    if (gone && sorter_ != nullptr) sorter_->forget(item.first);
+    return gone;
   });
   for (const auto& [id, entity] : scene.entities) {
     if (entity->points == nullptr) continue;
     Resident& resident = residents_[id];
     resident.ink = surfaces.colour_of(id).ink;
-    if (resident.points == entity->points) continue;
+    if (resident.points == entity->points && resident.settled == entity->settled_points) continue;
+    resident.settled = entity->settled_points;
     if (!resident.array) {
       resident.array = GlVertexArray::create();
       resident.instances = GlBuffer::create();
@@ -126,8 +132,16 @@ void PointPass::update(const Scene& scene, const SurfacePass& surfaces) {
     }
     const std::shared_ptr<const PointSet> former = std::exchange(resident.points, entity->points);
     const PointSet& set = *entity->points;
+    const bool was_large = std::exchange(resident.large, set.points.size() >= fewest_points_in_cells &&
+                                                             set.styles.size() <= max_packed_styles);
+    if (resident.large) {
+      update_large(id, resident);
+    } else {
+      upload_points(resident, was_large ? nullptr : former.get(), set);
+      resident.count = static_cast<GLsizei>(set.points.size());
+    }
     glBindVertexArray(resident.array.id());
-    upload_points(resident, former.get(), set);
+    glBindBuffer(GL_ARRAY_BUFFER, resident.instances.id());
     glEnableVertexAttribArray(0);
     glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(FuzzyPoint),
                           offset(offsetof(FuzzyPoint, position)));
@@ -150,7 +164,96 @@ void PointPass::update(const Scene& scene, const SurfacePass& surfaces) {
                  GL_DYNAMIC_DRAW);
     glBindTexture(GL_TEXTURE_BUFFER, resident.style_texture.id());
     glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, resident.styles.id());
-    resident.count = static_cast<GLsizei>(set.points.size());
+  }
+}
+
+namespace {
+
+/// Whether the first `count` points of both are the same.
+bool same_beginning(const PointSet& one, const PointSet& other, std::size_t count) {
+  return &one == &other ||
+         (one.points.size() >= count && other.points.size() >= count &&
+          std::memcmp(one.points.data(), other.points.data(), count * sizeof(FuzzyPoint)) == 0);
+}
+
+}  // namespace
+
+void PointPass::update_large(const std::string& id, Resident& resident) {
+  if (sorter_ == nullptr) sorter_ = std::make_unique<PointSorter>();
+  const PointSet& set = *resident.points;
+  const std::size_t settled = std::min<std::size_t>(resident.settled, set.points.size());
+  const bool holds = resident.sorted != nullptr && resident.sorted->count <= settled &&
+                     same_beginning(*resident.sorted->set, set, resident.sorted->count);
+  // Cells are made anew when a quarter came since.
+  const std::size_t loose = holds ? settled - resident.sorted->count : settled;
+  if (!holds || loose > std::max(fewest_points_in_cells, settled / 4)) {
+    sorter_->want(id, resident.points, settled);
+  }
+  upload_loose(resident);
+}
+
+void PointPass::upload_loose(Resident& resident) {
+  const PointSet& set = *resident.points;
+  resident.first_loose = resident.sorted == nullptr ? 0 : std::min(resident.sorted->count, set.points.size());
+  std::size_t count = set.points.size() - resident.first_loose;
+  if (resident.sorted == nullptr || count > resident.sorted->count) {
+    count = std::min(count, fewest_points_in_cells);  // No more than a frame may cost, until there are cells.
+  }
+  resident.count = static_cast<GLsizei>(count);
+  resident.capacity = count;
+  glBindBuffer(GL_ARRAY_BUFFER, resident.instances.id());
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(count * sizeof(FuzzyPoint)),
+               set.points.data() + resident.first_loose, GL_DYNAMIC_DRAW);
+}
+
+bool PointPass::follow(const Scene& scene, PointDetail detail) {
+  detail_ = detail;
+  if (sorter_ == nullptr) return false;
+  if (detail == PointDetail::all) sorter_->wait();
+  bool any = false;
+  for (auto& [id, resident] : residents_) {
+    if (!resident.large || scene.entities.count(id) == 0) continue;
+    const std::shared_ptr<const SortedPoints> newest = sorter_->newest(id);
+    if (newest == nullptr || newest == resident.sorted) continue;
+    any = true;
+    resident.sorted = newest;
+    if (!resident.cell_array) {
+      resident.cell_array = GlVertexArray::create();
+      resident.packed = GlBuffer::create();
+    }
+    const std::vector<PackedPoint>& points = newest->cells.points;
+    glBindBuffer(GL_ARRAY_BUFFER, resident.packed.id());
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(points.size() * sizeof(PackedPoint)), points.data(),
+                 GL_STATIC_DRAW);
+    upload_loose(resident);
+  }
+  return any;
+}
+
+void PointPass::draw_cells(const Resident& resident, const EyeUniforms& eye, Stage stage) const {
+  static_assert(sizeof(PackedPoint) == 8 && std::is_trivially_copyable_v<PackedPoint>);
+  CellView view{eye.clip_from_eye * eye.eye_from_world, eye.position, eye.focal_px};
+  // What peeling draws is the reference.
+  if (detail_ == PointDetail::all || stage == Stage::peel)
+    view.most_layers = std::numeric_limits<float>::infinity();
+  program_.set("u_settled", std::numeric_limits<int>::max());
+  glBindVertexArray(resident.cell_array.id());
+  glBindBuffer(GL_ARRAY_BUFFER, resident.packed.id());
+  for (const GLuint attribute : {0U, 1U}) {
+    glEnableVertexAttribArray(attribute);
+    glVertexAttribDivisor(attribute, 1);
+  }
+  for (const PointCell& cell : resident.sorted->cells.cells) {
+    const CellShare share = share_of(cell, view);
+    if (share.count == 0) continue;
+    const std::size_t at = cell.first * sizeof(PackedPoint);
+    glVertexAttribPointer(0, 3, GL_UNSIGNED_SHORT, GL_TRUE, sizeof(PackedPoint), offset(at));
+    glVertexAttribIPointer(1, 1, GL_UNSIGNED_SHORT, sizeof(PackedPoint),
+                           offset(at + offsetof(PackedPoint, style)));
+    program_.set("u_cell_low", cell.low);
+    program_.set("u_cell_size", cell.size);
+    program_.set("u_boost", share.boost);
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(share.count));
   }
 }
 
@@ -183,15 +286,22 @@ void PointPass::draw(const Scene& scene, const EyeUniforms& eye, Stage stage) co
                std::max(smallest_point_px_of_720, smallest_point_px_of_720 * eye.viewport_px.y / 720.0F));
   for (const auto& [id, entity] : scene.entities) {
     const auto found = residents_.find(id);
-    if (!entity->shows_points() || found == residents_.end() || found->second.count == 0) continue;
+    if (!entity->shows_points() || found == residents_.end()) continue;
+    const Resident& resident = found->second;
     const auto user = user_colours_.find(entity->provisional_by);
     program_.set("u_in_the_air", user == user_colours_.end() ? provisional_ink : user->second);
-    program_.set("u_laid", found->second.ink);
+    program_.set("u_laid", resident.ink);
     program_.set("u_haze", entity->shows_surface() && stage != Stage::coverage ? haze_over_surface : 1.0F);
-    program_.set("u_settled", static_cast<int>(entity->settled_points));
-    bind_texture(0, GL_TEXTURE_BUFFER, found->second.style_texture.id());
-    glBindVertexArray(found->second.array.id());
-    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, found->second.count);
+    bind_texture(0, GL_TEXTURE_BUFFER, resident.style_texture.id());
+    if (resident.large && resident.sorted != nullptr) draw_cells(resident, eye, stage);
+    if (resident.count == 0) continue;
+    const std::size_t settled = entity->settled_points;
+    program_.set("u_settled", static_cast<int>(settled - std::min(settled, resident.first_loose)));
+    program_.set("u_cell_low", glm::vec3(0.0F));
+    program_.set("u_cell_size", glm::vec3(1.0F));
+    program_.set("u_boost", 1.0F);
+    glBindVertexArray(resident.array.id());
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, resident.count);
   }
   glBindVertexArray(0);
 }

@@ -13,6 +13,7 @@
 #include "client-hmd/render/icon_pass.h"
 #include "client-hmd/render/mark_pass.h"
 #include "client-hmd/render/net_pass.h"
+#include "client-hmd/render/pin_labels.h"
 #include "client-hmd/render/present_pass.h"
 #include "client-hmd/render/stage_pass.h"
 #include "client-hmd/render/targets.h"
@@ -63,6 +64,7 @@ struct Renderer::Implementation {
     glm::vec2 size_px{0.0F};
     int samples = 0;
     std::optional<CurvatureView> legend;  ///< With its range, when it shows curvature.
+    ColourScheme colours = ColourScheme::normal;
   };
   std::array<Composed, 2> composed;
   PictureSlot slot = PictureSlot::only;  ///< Whose targets `targets` are.
@@ -235,13 +237,14 @@ struct Renderer::Implementation {
     eye.weights = options.weights;
 
     const std::shared_ptr<const Scene> scene = frame.scene ? frame.scene : std::make_shared<const Scene>();
-    if (scene != resident) {
+    const bool changed = scene != resident;
+    if (changed) {
       resident = scene;
       surfaces.update(*scene);
       points.update(*scene, surfaces);
       gestures.update(*scene);
-      stage.update_shadow(*scene, surfaces, points);
     }
+    if (points.follow(*scene, options.points) || changed) stage.update_shadow(*scene, surfaces, points);
 
     if (const Status built = ghosts.prepare(frame, eye, width, height); !built) return built.error();
     std::map<std::uint64_t, glm::vec3> users;
@@ -287,10 +290,11 @@ struct Renderer::Implementation {
     icons.draw_halos(*scene, eye);
     flat.draw_labels(icon_labels(*scene, eye), eye);
     flat.draw_labels(ghost_labels(frame.ghosts, eye), eye);
+    flat.draw_labels(pin_labels(frame.pins, eye), eye);
     marks.draw_cursor(frame, eye);
 
     Composed& done = composed[static_cast<std::size_t>(into)];
-    done = {glm::vec2(pinhole.width_px, pinhole.height_px), samples, std::nullopt};
+    done = {glm::vec2(pinhole.width_px, pinhole.height_px), samples, std::nullopt, frame.colours};
     if (frame.shading == Shading::curvature) {
       done.legend = CurvatureView{frame.curvature.kind, surfaces.curvature_range()};
     }
@@ -306,7 +310,7 @@ struct Renderer::Implementation {
       const auto [width, height] = how.lens == nullptr ? std::pair{how.area.width_px, how.area.height_px}
                                                        : std::pair{how.shown.width_px, how.shown.height_px};
       add_curvature_legend(picture.legend->kind, picture.legend->range_per_m,
-                           scene_colours(ColourScheme::normal).curvature, width, height, overlay);
+                           scene_colours(picture.colours).curvature, width, height, overlay);
     }
     FinishedPicture finished{targets.picture(), picture.size_px, picture.samples, 0};
     const bool over_lens = how.lens != nullptr && !(overlay.panels.empty() && overlay.texts.empty());
@@ -401,6 +405,7 @@ Status Renderer::draw_offscreen(const Frame& frame, const RenderOptions& options
 Result<Image> Renderer::draw_to_image(const Frame& frame, const RenderOptions& options) {
   RenderOptions still = options;
   still.curvatures = Curvatures::awaited;  // Nobody waits for the next frame.
+  still.points = PointDetail::all;
   if (const Status drawn = draw_offscreen(frame, still); !drawn) return drawn.error();
   return read_canvas();
 }

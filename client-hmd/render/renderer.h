@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "client-hmd/render/frame.h"
+#include "client-hmd/render/point_pass.h"
 #include "client-hmd/render/presentation.h"
 #include "client-hmd/render/transparency.h"
 
@@ -25,6 +26,7 @@ struct RenderOptions {
   /// for stills.
   int supersampling = 1;
   Curvatures curvatures = Curvatures::as_ready;
+  PointDetail points = PointDetail::as_seen;
 };
 
 class Renderer {

@@ -38,6 +38,7 @@ uniform int u_behind_veil;       // Surfaces were blended before, and fade what 
 uniform sampler2D u_veil;        // Light that comes through them, and from which depth on (veil.h).
 uniform vec2 u_depth_terms;      // Of the projection: clip z from eye z.
 
+uniform float u_boost;  // Above 1: a fragment stands for so many (point_cells.h).
 uniform float u_above;  // Where the eye of the coverage is over the table.
 
 const float contact_m = 0.015;  // What is nearer to the table than that seems to touch it.
@@ -89,7 +90,7 @@ void emit(vec3 colour, float alpha, float eye_depth) {
       from += u_depth_terms.y / (u_depth_terms.x + front * 2.0 - 1.0);
     }
     float weight = alpha * clamp(exp(-(eye_depth - from) / u_weights.y), u_weights.z, u_weights.w);
-    out_colour = vec4(colour * weight, alpha);
+    out_colour = vec4(colour * weight, u_boost > 1.0 ? 1.0 - pow(1.0 - alpha, u_boost) : alpha);
     out_weight = vec4(weight, alpha * alpha, alpha * alpha * eye_depth, 0.0);
     return;
   }

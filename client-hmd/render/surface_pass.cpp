@@ -105,12 +105,13 @@ Result<SurfacePass> SurfacePass::create() {
   Result<GlProgram> wires = GlProgram::build("surface with wires", wire_vertex, wire_fragment, wire_geometry);
   if (!wires) return wires.error();
   pass.wire_program_ = std::move(*wires);
-  pass.make_ramps();
+  pass.make_ramps(ColourScheme::normal);
   return pass;
 }
 
-void SurfacePass::make_ramps() {
-  const SceneColours& colours = scene_colours(ColourScheme::normal);
+void SurfacePass::make_ramps(ColourScheme scheme) {
+  scheme_ = scheme;
+  const SceneColours& colours = scene_colours(scheme);
   const auto upload_ramp = [](GlTexture& texture, const auto& colour_at) {
     std::vector<glm::vec3> texels;
     for (int i = 0; i < ramp_texels; ++i) {
@@ -126,7 +127,7 @@ void SurfacePass::make_ramps() {
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   };
-  upload_ramp(distance_ramp_, [](float share) { return distance_colour(share); });
+  upload_ramp(distance_ramp_, [&colours](float share) { return ramp_colour(colours.distance, share); });
   upload_ramp(curvature_ramp_,
               [&colours](float share) { return curvature_colour(colours.curvature, share); });
 }
@@ -211,6 +212,7 @@ std::optional<GroundExtent> SurfacePass::extent() const {
 
 void SurfacePass::show(const Frame& frame, const SurroundingsMap& surroundings) {
   scale_ = frame.distances;
+  if (frame.colours != scheme_) make_ramps(frame.colours);
   shading_ = frame.shading;
   curvature_ = frame.curvature;
   overlays_ = frame.overlays;
@@ -283,7 +285,7 @@ void SurfacePass::draw_with(const GlProgram& program, const Scene& scene, const 
                             Stage stage) const {
   program.use();
   set_common_uniforms(program, eye, stage);
-  const glm::vec3 selection = linear_rgb(scene_colours(ColourScheme::normal).selected);
+  const glm::vec3 selection = linear_rgb(scene_colours(scheme_).selected);
   const float line_px = std::max(1.0F, line_px_of_720 * eye.viewport_px.y / 720.0F);
   const bool lit = stage != Stage::coverage && surroundings_.texture != 0;
   program.set("u_viewport", eye.viewport_px);

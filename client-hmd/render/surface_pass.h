@@ -92,7 +92,7 @@ class SurfacePass {
   void upload(Resident& resident, const Entity& entity);
   static void update_distances(Resident& resident, const Entity& entity);
   void update_curvatures();
-  void make_ramps();
+  void make_ramps(ColourScheme scheme);
   void draw_with(const GlProgram& program, const Scene& scene, const EyeUniforms& eye, Stage stage) const;
 
   GlProgram program_;
@@ -100,6 +100,7 @@ class SurfacePass {
   std::map<std::string, Resident> residents_;
   mutable ShapeColours colours_;
   GlTexture distance_ramp_, curvature_ramp_;
+  ColourScheme scheme_ = ColourScheme::normal;
   std::optional<DistanceScale> scale_;
   Shading shading_ = Shading::studio;
   CurvatureView curvature_;

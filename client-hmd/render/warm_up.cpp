@@ -128,6 +128,7 @@ std::vector<Frame> warm_up_frames(int width_px, int height_px) {
   full.disks.push_back(*somebody().disk);
   full.air_curves.push_back(std::make_shared<const SceneCurve>(line(CurveKind::profile)));
   full.ghosts.push_back(somebody());
+  full.pins.push_back({glm::vec3(0.0F, 0.0F, 0.05F), 1, glm::vec3(0.5F)});
   full.sheets.push_back(
       {glm::vec3(0.0F), glm::vec3(1.0F, 0.0F, 0.0F), glm::vec3(0.0F, -1.0F, 0.0F), words()});
   full.touched = PaletteCommand{};

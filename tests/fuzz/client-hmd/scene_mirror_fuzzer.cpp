@@ -26,7 +26,22 @@ void check(const SceneMirror& mirror) {
   const auto& alternatives = mirror.scene()->alternatives;
   require(alternatives.names.empty() ||
           std::count(alternatives.names.begin(), alternatives.names.end(), alternatives.present) > 0);
+  const handloft::client::MirrorLimits most;
+  require(mirror.scene()->storage.problem.size() <= most.max_long_text_bytes);
+  require(mirror.scene()->history.undo_refused.size() <= most.max_long_text_bytes);
+  if (mirror.scene()->comments != nullptr) {
+    require(mirror.scene()->comments->size() <= most.max_comments);
+    for (const auto& comment : *mirror.scene()->comments) {
+      require(!comment.id.empty() && comment.text.size() <= most.max_long_text_bytes);
+      require(std::isfinite(comment.x + comment.y + comment.z));
+    }
+  }
+  if (mirror.scene()->versions != nullptr) {
+    require(mirror.scene()->versions->size() <= most.max_versions);
+    for (const auto& version : *mirror.scene()->versions) require(!version.name.empty());
+  }
   for (const auto& [id, entity] : mirror.scene()->entities) {
+    require(entity->leased_by_name.size() <= most.max_text_bytes);
     if (entity->points != nullptr) {
       require(entity->settled_points <= entity->points->points.size());
       for (const auto& point : entity->points->points) {

@@ -36,7 +36,7 @@ class PanelsOverPicture : public Rendering {
     auto scene = std::make_shared<Scene>(*synthetic_scene());
     scene->epoch = 7;
     scene->sequence = 1204;
-    scene->history = {17, 2, "Push 41 points of \"Shell\"", "Fit \"Shell\""};
+    scene->history = {17, 2, "Push 41 points of \"Shell\"", "Fit \"Shell\"", "", ""};
     scene->alternatives = {"round", {"round", "edgy", "flat"}};
     for (auto& [id, entity] : scene->entities) {
       auto changed = std::make_shared<Entity>(*entity);

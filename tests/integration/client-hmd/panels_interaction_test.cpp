@@ -207,7 +207,7 @@ TEST_F(PanelsAtWork, SurviveWhatPeopleAndServersCallThings) {
     changed->name = "%s %n ## \xff\xfe " + std::string(3000, 'w');
     entity = changed;
   }
-  scene_->history = {4'000'000'000U, 4'000'000'000U, "%s%s%s", "\xf0\x28\x8c\x28"};
+  scene_->history = {4'000'000'000U, 4'000'000'000U, "%s%s%s", "\xf0\x28\x8c\x28", "", ""};
   for (std::uint64_t id = 1; id < 60; ++id) person(id, "Somebody with quite a long name", "%n");
   begin();
   panels_->tell(NoticeKind::warning, "%n%s \xff", now_);

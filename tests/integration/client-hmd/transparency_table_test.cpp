@@ -65,5 +65,32 @@ TEST_F(BlendRendering, WeightedBlendingIsNearPeelingInEveryKindOfScene_V2) {
   }
 }
 
+/// How large clouds look that are thinned out where they lie many times over each other, against every point.
+TEST_F(BlendRendering, FewerPointsOfALargeCloudLookAsAllOfThem_V3) {
+  constexpr int width = 480, height = 300;
+  const std::vector<test::BlendScene> scenes = test::blend_scenes();
+  std::printf("%-22s %8s %7s %6s %6s\n", "large cloud", "pixels", "mean", "p99", "max");
+  for (const int count : {30'000, 120'000}) {
+    auto cloud = test::entity_named("cloud");
+    cloud->points = test::cloud(count, {0.0F, 0.0F, 0.05F}, {0.07F, 0.05F, 0.03F}, 0.5, 0.98);
+    Frame frame;
+    frame.scene = test::scene_with({cloud});
+    frame.eye = scenes.front().camera.eye(width, height);
+    Frame empty = frame;
+    empty.scene = nullptr;
+    const Image nothing = draw(empty), all = draw(frame);  // draw() is for stills: every point, sorted.
+    ASSERT_TRUE(renderer_->draw_offscreen(frame, {}).ok());
+    const Image fewer = renderer_->read_canvas();
+    const Differences found = differences(fewer, all, nothing);
+    std::printf("%-22d %8zu %7.2f %6.0f %6.0f\n", count, found.pixels, found.mean, found.p99, found.max);
+    EXPECT_GT(found.pixels, 1000U);
+    EXPECT_GT(found.max, 0.0) << "some were left out";
+    EXPECT_LE(found.mean, 4.0);
+    EXPECT_LE(found.p99, 24.0);
+    const Differences itself = differences(draw(frame), all, nothing);
+    EXPECT_EQ(itself.max, 0.0) << "a still has every point, each time";
+  }
+}
+
 }  // namespace
 }  // namespace handloft::client

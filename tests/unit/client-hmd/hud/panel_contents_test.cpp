@@ -18,6 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 class PanelWords : public testing::Test {
  protected:
@@ -115,6 +116,85 @@ TEST_F(PanelWords, NameWhoIsHereOnceEach_U1) {
   EXPECT_EQ(people[1].name, "Somebody");
 }
 
+TEST_F(PanelWords, CallNothingSavedThatIsNotOnTheDisk_U5) {
+  scene_->sequence = 10;
+  EXPECT_THAT(states(), Not(HasSubstr("Sav"))) << "nothing is told";
+  scene_->storage = {.told = true, .kept = true, .durable_sequence = 9, .problem = {}};
+  EXPECT_THAT(states(), HasSubstr("Saving|"));
+  scene_->storage.durable_sequence = 10;
+  EXPECT_THAT(states(), HasSubstr("Saved|"));
+  scene_->storage.kept = false;
+  EXPECT_THAT(states(), HasSubstr("Not kept"));
+  scene_->storage.problem = "the disk is full";
+  EXPECT_THAT(states(), HasSubstr("Not saved: the disk is full"));
+  scene_->storage = {.told = true, .kept = true, .durable_sequence = 10, .problem = {}};
+  model_.connected = false;
+  EXPECT_THAT(states(), Not(HasSubstr("Saved"))) << "what became of it meanwhile is not known";
+}
+
+TEST_F(PanelWords, TellWhatTheViewerRefused_V5) {
+  model_.refusal = "entities[0].points: found NaN";
+  EXPECT_EQ(contents().figures.front().words, "Refused: entities[0].points: found NaN");
+  EXPECT_EQ(contents().figures.front().tone, Tone::bad);
+}
+
+TEST_F(PanelWords, NameEverybodyWithTheirRoles_U1_U2) {
+  model_.people = std::make_shared<const std::vector<PersonHere>>(std::vector<PersonHere>{
+      {5, "me", "Me", "owner"}, {7, "mira", "Mira", "editor"}, {9, "bo", "", "viewer"}});
+  Activity activity;
+  activity.client_id = 7;
+  activity.tool = "pushing";
+  model_.activities[{7, "Mira"}] = activity;
+  const std::vector<Person> people = contents().people;
+  ASSERT_EQ(people.size(), 2U);
+  EXPECT_EQ(people[0].name, "Mira");
+  EXPECT_EQ(people[0].role, "editor");
+  EXPECT_EQ(people[0].doing, "pushing");
+  EXPECT_EQ(people[1].name, "bo") << "who only looks is here, too";
+  EXPECT_EQ(people[1].role, "viewer");
+}
+
+TEST_F(PanelWords, NumberCommentsAsTheirPinsAre_U6) {
+  add("seat").name = "Seat";
+  const auto comment = [](std::string id, std::string text, std::string reply_to, bool resolved) {
+    PinnedComment one;
+    one.id = std::move(id);
+    one.text = std::move(text);
+    one.reply_to = std::move(reply_to);
+    one.resolved = resolved;
+    one.author = "Ann";
+    one.entity = "seat";
+    return one;
+  };
+  scene_->comments = std::make_shared<const std::vector<PinnedComment>>(
+      std::vector{comment("a", "done", "", true), comment("b", "too flat", "", false),
+                  comment("c", "softer?", "", false), comment("d", "yes", "b", false)});
+  const std::vector<CommentRow> rows = contents().comments;
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].text, "too flat");
+  EXPECT_EQ(rows[0].number, 1);
+  EXPECT_EQ(rows[0].about, "Ann on Seat");
+  EXPECT_THAT(rows[0].replies, testing::ElementsAre("Ann: yes"));
+  EXPECT_EQ(rows[1].number, 2);
+  EXPECT_TRUE(rows[2].resolved);
+  EXPECT_EQ(rows[2].number, 0) << "it has no pin";
+  const auto open = open_threads(*scene_->comments);
+  for (std::size_t i = 0; i < open.size(); ++i) EXPECT_EQ(open[i]->text, rows[i].text);
+}
+
+TEST_F(PanelWords, SayWhyUndoWouldBeRefusedAndWhoHoldsAShape_U1) {
+  Entity& shape = add("shape-1");
+  scene_->history.undo_steps = 1;
+  EXPECT_THAT(why_not(PaletteCommand::undo, facts()), IsEmpty());
+  scene_->history.undo_refused = "Mira has changed the shape since";
+  EXPECT_EQ(why_not(PaletteCommand::undo, facts()), "Mira has changed the shape since");
+  shape.leased_by = 7;
+  shape.leased_by_name = "Mira";
+  EXPECT_EQ(contents().shapes[0].by, "Mira");
+  shape.leased_by = 5;
+  EXPECT_EQ(contents().shapes[0].by, "you");
+}
+
 TEST_F(PanelWords, HaveEveryCommandInOneSection_V7) {
   std::map<PaletteCommand, int> seen;
   for (const CommandSection& section : contents().sections) {
@@ -191,25 +271,25 @@ TEST(HistoryTrail, RemembersTheNamesThatPassedBy) {
   HistoryTrail trail;
   Scene scene;
   scene.epoch = 1;
-  scene.history = {2, 0, "Fit", ""};
+  scene.history = {2, 0, "Fit", "", "", ""};
   trail.follow(scene);
   EXPECT_THAT(trail.rows().undo, testing::ElementsAre("Fit")) << "what was before is not known";
-  scene.history = {3, 0, "Push", ""};
+  scene.history = {3, 0, "Push", "", "", ""};
   trail.follow(scene);
   EXPECT_THAT(trail.rows().undo, testing::ElementsAre("Push", "Fit"));
-  scene.history = {2, 1, "Fit", "Push"};
+  scene.history = {2, 1, "Fit", "Push", "", ""};
   trail.follow(scene);
   EXPECT_THAT(trail.rows().undo, testing::ElementsAre("Fit"));
   EXPECT_THAT(trail.rows().redo, testing::ElementsAre("Push"));
-  scene.history = {3, 0, "Trim", ""};
+  scene.history = {3, 0, "Trim", "", "", ""};
   trail.follow(scene);
   EXPECT_THAT(trail.rows().undo, testing::ElementsAre("Trim", "Fit"));
   EXPECT_THAT(trail.rows().redo, testing::IsEmpty());
   scene.epoch = 2;
-  scene.history = {1, 0, "Lay", ""};
+  scene.history = {1, 0, "Lay", "", "", ""};
   trail.follow(scene);
   EXPECT_THAT(trail.rows().undo, testing::ElementsAre("Lay"));
-  scene.history = {4'000'000'000U, 0, "Far", ""};
+  scene.history = {4'000'000'000U, 0, "Far", "", "", ""};
   trail.follow(scene);
   EXPECT_EQ(trail.rows().undo_steps, 4'000'000'000U);
   EXPECT_LE(trail.rows().undo.size(), HistoryTrail::longest) << "whatever a server counts";

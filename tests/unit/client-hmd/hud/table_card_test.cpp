@@ -26,7 +26,7 @@ HudStatus busy() {
   status.selected = "Shell";
   status.representation = Representation::both;
   status.shapes = 2;
-  status.history = {17, 2, "Push", "Fit"};
+  status.history = {17, 2, "Push", "Fit", "", ""};
   status.others = {"Mira", "Jonas"};
   status.other_ids = {3, 4};
   return status;

@@ -155,7 +155,7 @@ TEST(Tour, SeesWhatASceneHolds) {
   auto reference = std::make_shared<Entity>(*shape);
   reference->kind = EntityKind::reference;
   scene.entities["reference-1"] = reference;
-  scene.history = {5, 1, "Fit", "Push"};
+  scene.history = {5, 1, "Fit", "Push", "", ""};
   TourSight sight = tour_sight(scene, 2);
   EXPECT_EQ(sight.points, 30U);
   EXPECT_EQ(sight.surfaces, 1U);
