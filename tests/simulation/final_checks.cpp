@@ -1,5 +1,7 @@
 #include "tests/simulation/final_checks.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -63,7 +65,10 @@ std::string difference(const client::Entity& a, const client::Entity& b) {
   if (a.representation != b.representation) return "representation";
   if (a.provisional != b.provisional) return "provisional";
   if (!same_points(a.points.get(), b.points.get())) return "points";
-  if (!same_surface(a.surface.get(), b.surface.get())) return "surface";
+  if (!same_surface(a.surface.get(), b.surface.get())) {
+    const auto size = [](const auto& surface) { return surface ? surface->vertices.size() : 0; };
+    return fmt::format("surface ({} vertices for {})", size(a.surface), size(b.surface));
+  }
   if (!same_list(a.curves, b.curves)) return "curves";
   if (!same_list(a.icons, b.icons)) return "icons";
   if (!same_list(a.distances_m, b.distances_m)) return "distances";

@@ -43,6 +43,8 @@ class Link final : public net::Connection, public std::enable_shared_from_this<L
   // --- the client's side
   /// False: the kernel's buffer is full, or the connection is lost.
   bool client_send(const v1::Envelope& envelope);
+  /// False: nothing arrives any more, whether the ends know it or not.
+  bool whole() const { return !broken_; }
   void client_stalls() { stalled_ = true; }
   void client_reads();
   /// The client is gone or gives up; the server hears of it after a while, if ever.

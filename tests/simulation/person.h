@@ -62,8 +62,8 @@ class Person {
   void lose_connection();
 
   bool connected() const { return link_ != nullptr && joined_; }
-  /// Connected, and nothing that it sent is unanswered.
-  bool content() const { return connected() && unanswered_.empty(); }
+  /// Connected, to what it believes, and nothing that it sent is unanswered.
+  bool content() const { return connected() && link_->whole() && unanswered_.empty(); }
   std::string words() const;  ///< For a complaint.
   const client::SceneMirror& mirror() const { return *mirror_; }
   const LinkPtr& link() const { return link_; }

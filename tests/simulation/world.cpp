@@ -13,8 +13,10 @@ namespace {
 
 /// In which all must settle once nothing goes wrong any more: longer than anybody's patience, several times.
 constexpr double settles_within_s = 120;
-/// Nothing is on the way any more.
-constexpr double calm_s = 5;
+/// Nobody reads nothing for longer than this,
+constexpr double longest_stall_s = 8;
+/// and after this nothing is on the way any more.
+constexpr double calm_s = longest_stall_s + 2;
 /// Of a thread, for each client: what a peer may have under way, and what a mesh or a scene asks for.
 constexpr std::size_t most_waiting_each = 200;
 
@@ -40,7 +42,7 @@ class World {
     }
     now_and_then(options_.connections_cut, [this] { cut(); });
     now_and_then(options_.people_crash, [this] { somebody().crash(); });
-    now_and_then(options_.stalls, [this] { somebody().stall(random().between(0, 8)); });
+    now_and_then(options_.stalls, [this] { somebody().stall(random().between(0, longest_stall_s)); });
     now_and_then(options_.waves, [this] { somebody().wave(static_cast<int>(1 + random().below(100))); });
     now_and_then(options_.server_dies, [this] { kill(); });
     now_and_then(options_.server_stops, [this] {
