@@ -106,7 +106,7 @@ Status Rooms::may_open(const std::string& name, IfMissing if_missing) const {
   return {};
 }
 
-void Rooms::enter(const std::string& asked, IfMissing if_missing, Entered entered) {
+void Rooms::enter(const std::string& asked, IfMissing if_missing, const Entered& entered) {
   const std::string& name = asked.empty() ? first_->name : asked;
   RoomPtr room;
   Status may;
@@ -120,10 +120,10 @@ void Rooms::enter(const std::string& asked, IfMissing if_missing, Entered entere
       room = found->second.room;
       ++found->second.people;
     } else if (found != entries_.end() && !found->second.waiting.empty()) {
-      found->second.waiting.push_back(std::move(entered));
+      found->second.waiting.push_back(entered);
       return;
     } else if (may = may_open(name, if_missing); may) {
-      entries_[name].waiting.push_back(std::move(entered));
+      entries_[name].waiting.push_back(entered);
       begin = true;
     }
   }

@@ -66,7 +66,7 @@ class Rooms {
   /// Counts somebody in; leave() counts them out. `entered` is called once: at once when the model is open,
   /// else on the opening thread. An empty name is the first model. Errors: invalid_argument (a name that is
   /// none), not_found, resource_exhausted (too many), cancelled (stopping), those of opening a file.
-  void enter(const std::string& name, IfMissing if_missing, Entered entered);
+  void enter(const std::string& name, IfMissing if_missing, const Entered& entered);
   void leave(const RoomPtr& room);
   /// All that are open.
   std::vector<RoomPtr> open_rooms() const;
