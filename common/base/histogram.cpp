@@ -8,10 +8,14 @@
 
 namespace handloft {
 
+namespace {
+constexpr double ns_per_s = 1e9;
+}  // namespace
+
 void Histogram::add(Duration duration) {
   const auto ns =
       std::max<std::int64_t>(0, std::chrono::duration_cast<std::chrono::nanoseconds>(duration).count());
-  const double seconds = 1e-9 * static_cast<double>(ns);
+  const double seconds = static_cast<double>(ns) / ns_per_s;
   const auto bin = static_cast<std::size_t>(std::lower_bound(bounds_s.begin(), bounds_s.end(), seconds) -
                                             bounds_s.begin());
   bins_[bin].fetch_add(1, std::memory_order_relaxed);
@@ -29,7 +33,7 @@ void Histogram::write(MetricsText& text, std::string_view labels) const {
   // The buckets' own sum, so that they agree with each other whatever is added meanwhile.
   const std::uint64_t all = below + bins_.back().load(std::memory_order_relaxed);
   text.sample(all, before + "le=\"+Inf\"", "_bucket");
-  text.sample(1e-9 * static_cast<double>(sum_ns_.load(std::memory_order_relaxed)), labels, "_sum");
+  text.sample(static_cast<double>(sum_ns_.load(std::memory_order_relaxed)) / ns_per_s, labels, "_sum");
   text.sample(all, labels, "_count");
 }
 

@@ -213,7 +213,7 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
     connections.erase(id);
   }
 
-  void stop() {
+  void stop(const Error* reason) {
     std::vector<std::shared_ptr<ServerConnection>> open;
     {
       const std::lock_guard lock(mutex);
@@ -223,7 +223,13 @@ struct MessageServer::Implementation : std::enable_shared_from_this<MessageServe
         if (auto connection = weak.lock()) open.push_back(std::move(connection));
       }
     }
-    for (const auto& connection : open) connection->close();
+    for (const auto& connection : open) {
+      if (reason != nullptr) {
+        connection->fail(*reason);
+      } else {
+        connection->close();
+      }
+    }
     // The accepting coroutine uses the descriptors on its strand, so they are closed there.
     asio::dispatch(strand, [self = shared_from_this()] {
       boost::system::error_code ignored;
@@ -291,7 +297,11 @@ std::size_t MessageServer::connection_count() const {
 }
 
 void MessageServer::stop() {
-  implementation_->stop();
+  implementation_->stop(nullptr);
+}
+
+void MessageServer::stop(const Error& reason) {
+  implementation_->stop(&reason);
 }
 
 }  // namespace handloft::net

@@ -114,6 +114,8 @@ class MessageServer {
   /// the socket file. Returns at once; the executor must go on running for the rest (on_closed comes from
   /// there).
   void stop();
+  /// The same, and every peer is told why: Failure{closing}, after what waits for it.
+  void stop(const Error& reason);
 
  private:
   struct Implementation;

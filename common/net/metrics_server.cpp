@@ -35,8 +35,8 @@ constexpr auto patience = std::chrono::seconds(5);
 constexpr auto pause_after_failure = std::chrono::milliseconds(100);
 
 http::response<http::string_body> answer(const http::request<http::empty_body>& request,
-                                         const std::string& program,
-                                         const std::function<std::string()>& text) {
+                                         const std::string& program, const std::function<std::string()>& text,
+                                         const HealthChecks& health) {
   http::response<http::string_body> response;
   response.version(request.version());
   response.keep_alive(false);
@@ -46,9 +46,15 @@ http::response<http::string_body> answer(const http::request<http::empty_body>& 
     response.result(http::status::method_not_allowed);
     response.set(http::field::allow, "GET, HEAD");
     response.body() = "expected GET /metrics\n";
+  } else if (request.target() == "/healthz" || request.target() == "/readyz") {
+    const auto& check = request.target() == "/healthz" ? health.alive : health.ready;
+    const Status status = check ? check() : Status();
+    response.set(http::field::content_type, "text/plain; charset=utf-8");
+    if (!status) response.result(http::status::service_unavailable);
+    response.body() = status ? "ok\n" : status.error().describe() + "\n";
   } else if (request.target() != "/metrics") {
     response.result(http::status::not_found);
-    response.body() = "expected /metrics\n";
+    response.body() = "expected /metrics, /healthz or /readyz\n";
   } else {
     response.body() = text();
   }
@@ -60,14 +66,15 @@ http::response<http::string_body> answer(const http::request<http::empty_body>& 
 
 struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServer::Implementation> {
   Implementation(asio::any_io_executor io, Listener taken, std::string its_program,
-                 std::function<std::string()> asked, Logger logger)
+                 std::function<std::string()> asked, Logger logger, HealthChecks checks)
       : strand(asio::make_strand(io)),
         acceptor(strand, ::dup(taken.fd.get())),
         pause(strand),
         listener(std::move(taken)),
         program(std::move(its_program)),
         text(std::move(asked)),
-        log(std::move(logger)) {}
+        log(std::move(logger)),
+        health(std::move(checks)) {}
 
   asio::strand<asio::any_io_executor> strand;
   asio::posix::stream_descriptor acceptor;
@@ -76,6 +83,7 @@ struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServe
   std::string program;
   std::function<std::string()> text;
   Logger log;
+  HealthChecks health;
   int connections = 0;
 
   asio::awaitable<void> accept_all() {
@@ -125,7 +133,7 @@ struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServe
     stream.expires_after(patience);
     co_await http::async_read(stream, buffer, parser, asio::redirect_error(asio::use_awaitable, error));
     if (error) co_return;
-    http::response<http::string_body> response = answer(parser.get(), program, text);
+    http::response<http::string_body> response = answer(parser.get(), program, text, health);
     http::response_serializer<http::string_body> serializer(response);
     stream.expires_after(patience);
     co_await http::async_write(stream, serializer, asio::redirect_error(asio::use_awaitable, error));
@@ -141,11 +149,13 @@ MetricsServer::~MetricsServer() {
 
 Result<std::unique_ptr<MetricsServer>> MetricsServer::listen(asio::any_io_executor executor,
                                                              const Endpoint& endpoint, std::string program,
-                                                             std::function<std::string()> text, Logger log) {
+                                                             std::function<std::string()> text, Logger log,
+                                                             HealthChecks health) {
   Result<Listener> listener = listen_on(endpoint);
   if (!listener) return listener.error();
-  auto implementation = std::make_shared<Implementation>(std::move(executor), std::move(*listener),
-                                                         std::move(program), std::move(text), std::move(log));
+  auto implementation =
+      std::make_shared<Implementation>(std::move(executor), std::move(*listener), std::move(program),
+                                       std::move(text), std::move(log), std::move(health));
   asio::co_spawn(
       implementation->strand,
       [implementation]() -> asio::awaitable<void> { co_await implementation->accept_all(); }, asio::detached);

@@ -1,6 +1,7 @@
 #pragma once
-// Serves a program's metrics over HTTP on loopback or on a Unix socket of ours: GET /metrics, one answer a
-// connection. Off by default; nothing else can be asked of it, and it tells nothing of what hands do.
+// Serves a program's metrics over HTTP on loopback or on a Unix socket of ours: GET /metrics, /healthz (is it
+// alive?) and /readyz (can it be worked with?), one answer a connection. Off by default; nothing else can be
+// asked of it, and it tells nothing of what hands do.
 
 #include <boost/asio/any_io_executor.hpp>
 #include <functional>
@@ -13,13 +14,20 @@
 
 namespace handloft::net {
 
+/// Asked from the executor's threads; an error is answered with 503 and its words. Empty: always well.
+struct HealthChecks {
+  std::function<Status()> alive;
+  std::function<Status()> ready;
+};
+
 class MetricsServer {
  public:
   /// `program`: its name, for the answers' heads. `text` is asked from the executor's threads. Errors: those
   /// of listen_on (TCP beyond loopback is refused).
   static Result<std::unique_ptr<MetricsServer>> listen(boost::asio::any_io_executor executor,
                                                        const Endpoint& endpoint, std::string program,
-                                                       std::function<std::string()> text, Logger log);
+                                                       std::function<std::string()> text, Logger log,
+                                                       HealthChecks health = {});
   ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;

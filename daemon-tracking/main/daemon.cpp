@@ -284,7 +284,7 @@ class Daemon {
   // Plans the next session by what the files now say. False, and told: they can't be used.
   bool plan_next() {
     (void)control_.take_reload();
-    if (world_.service != nullptr) world_.service->reloading();
+    if (world_.service != nullptr) world_.service->reloading("Reading configuration and calibration again");
     Result<SessionPlan> plan = try_plan();
     board_.note_reload(plan.ok());
     if (plan) {

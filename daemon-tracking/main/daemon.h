@@ -13,9 +13,9 @@
 #include "common/base/log.h"
 #include "common/base/result.h"
 #include "common/net/endpoint.h"
+#include "common/net/service_manager.h"
 #include "daemon-tracking/main/options.h"
 #include "daemon-tracking/main/report.h"
-#include "daemon-tracking/main/service_manager.h"
 #include "daemon-tracking/main/session_control.h"
 
 namespace handloft::tracking {
@@ -30,7 +30,7 @@ struct Session {
 
 /// What the daemon has of the world outside; all may be left out.
 struct DaemonWorld {
-  ServiceManager* service = nullptr;
+  net::ServiceManager* service = nullptr;
   std::optional<net::Listener> listener;  ///< Instead of one at DaemonOptions::listen.
   /// The options as they now stand in file and command line, for SessionControl::reload().
   std::function<Result<DaemonOptions>()> read_options;

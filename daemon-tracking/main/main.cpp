@@ -46,7 +46,7 @@ int run(const tracking::DaemonOptions& options, const Clock& clock, int argc, co
   const tracking::SignalThread signals(control);
   if (!signals.status()) return fail(signals.status().error());
   const Logger log("trackd", *level);
-  tracking::ServiceManager service(clock);
+  net::ServiceManager service(clock);
   tracking::DaemonWorld world;
   world.service = &service;
   Result<std::optional<net::Listener>> listener = service.take_listener();

@@ -55,6 +55,7 @@ const std::vector<Command>& commands() {
       store_command("history", "FILE", "tell what was done to a model"),
       store_command("verify", "FILE", "check a model's file"),
       store_command("repair", "FILE", "write what is good of a damaged model to another file"),
+      store_command("backup", "FILE TO", "copy a model while it is worked on, and check the copy"),
       store_command("export", "FILE", "write a model, as it is or was, as STEP, IGES, GLB, OBJ or a script"),
       {"cad-kernel", "", nullptr, handloft::model::cad_kernel_command},
   };

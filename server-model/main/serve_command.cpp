@@ -32,6 +32,7 @@ int serve_command(const std::vector<std::string>& arguments) {
   constexpr double longest_s = 86'400;
   double close_after_s = to_seconds(options.close_after);
   std::string log_level = "info";
+  std::string log_format = "text";
   std::string read_folder = ".";
   std::string write_folder = ".";
   OptionTable table("handloft-modeld serve", description);
@@ -76,6 +77,13 @@ int serve_command(const std::vector<std::string>& arguments) {
   options.limits.add_to(table);
   table.add("log_level", log_level, "What is logged on standard error",
             TextRule{.choices = {"trace", "debug", "info", "warning", "error", "off"}, .value_name = ""});
+  table.add("log_format", log_format,
+            "How: lines for people, or JSON objects with component, model and client",
+            TextRule{.choices = {"text", "json"}, .value_name = ""});
+  table.add("metrics", options.metrics,
+            "Serve metrics in Prometheus' text format and health: 127.0.0.1:9464 or unix:PATH, GET /metrics, "
+            "/healthz, /readyz; none: nothing",
+            TextRule{.choices = {}, .value_name = "ENDPOINT"});
   auto outcome = table.parse(arguments);
   if (!outcome) {
     std::fprintf(stderr, "handloft-modeld serve: %s\n", outcome.error().describe().c_str());
@@ -91,6 +99,12 @@ int serve_command(const std::vector<std::string>& arguments) {
     return exit_usage;
   }
   options.log_level = *level;
+  options.log_format = log_format == "json" ? LogFormat::json : LogFormat::text;
+  options.reload = [&table, &arguments, &log_level]() -> Result<LogLevel> {
+    // What else it sets was looked at when the server started, and is not again.
+    if (auto again = table.parse(arguments); !again) return again.error();
+    return parse_log_level(log_level);
+  };
   options.acknowledge = acknowledge == "applied" ? session::ActorOptions::Acknowledge::applied
                                                  : session::ActorOptions::Acknowledge::durable;
   options.create =

@@ -21,6 +21,7 @@
 #include "server-model/session/export.h"
 #include "server-model/session/parallel.h"
 #include "server-model/session/script_json.h"
+#include "server-model/store/backup.h"
 #include "server-model/store/log_check.h"
 #include "server-model/store/operation_log.h"
 #include "server-model/store/recovery.h"
@@ -213,6 +214,17 @@ Result<Findings> repair_file(const std::string& file, std::string to) {
   return found;
 }
 
+// --- backup
+
+Result<Findings> backup_file(const std::string& file, const std::string& to) {
+  auto backup = store::back_up(file, to);
+  if (!backup) return backup.error();
+  Findings found;
+  found.json = {{"to", to}, {"operations", backup->operations}, {"bytes", backup->bytes}};
+  found.words = fmt::format("{} operations are in {}, checked\n", backup->operations, to);
+  return found;
+}
+
 // --- export
 
 Result<std::uint64_t> moment(const OperationLog& log, std::uint64_t at, const std::string& version,
@@ -341,6 +353,13 @@ const std::map<std::string, Command>& commands() {
                       TextRule{.choices = {}, .value_name = "FILE"});
         },
         [](const Arguments& given) { return repair_file(given.file, given.to); }}},
+      {"backup",
+       {"Copies a model as it is now to another file, while a server may be writing it, and checks the copy.",
+        [file](OptionTable& options, Arguments& to) {
+          file(options, to);
+          options.add_positional("TO", to.to, "The copy; never one that is there", Presence::required);
+        },
+        [](const Arguments& given) { return backup_file(given.file, given.to); }}},
       {"export",
        {"Writes a model, as it is or was, as STEP, IGES, GLB or OBJ, or as a script of its operations "
         "(.jsonl).",

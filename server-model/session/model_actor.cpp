@@ -36,7 +36,8 @@ ModelActor::ModelActor(model::Model initial, ActorOptions options, ActorEvents e
   // There, since meshes that publishing orders may be done before it has ended, and publish again.
   threads_.model->run_and_wait([this] {
     claims_->leases = interaction::Leases([&time = clock_] { return time.now(); }, options_.leases);
-    source_of({});
+    if (options_.store && options_.metrics) options_.store->time_commits(options_.metrics->commits());
+  source_of({});
     publish_scene();
   });
 }

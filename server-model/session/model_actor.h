@@ -31,6 +31,7 @@
 #include "server-model/session/presence.h"
 #include "server-model/session/resolve_operation.h"
 #include "server-model/session/script_target.h"
+#include "server-model/session/session_metrics.h"
 #include "server-model/store/model_store.h"
 #include "server-model/stream/mesh_cache.h"
 #include "server-model/stream/scene.h"
@@ -60,6 +61,7 @@ struct ActorOptions {
     durable,  ///< When it is on the disk. Viewers see it at once all the same.
   };
   Acknowledge acknowledge = Acknowledge::durable;  ///< When a client's operation is answered, with a store.
+  std::shared_ptr<SessionMetrics> metrics = {};    ///< Counts what is done; null: nobody asks.
   std::size_t pool_threads = 1;                    ///< Two cores: one for the model, one for the rest.
   StartActorThreads threads = {};  ///< Empty: start_threads(pool_threads). Else queues that a test steps.
 };
@@ -162,6 +164,8 @@ class ModelActor {
   void stop();
 
  private:
+  /// Tells the metrics what became of an operation that came then.
+  std::function<void(Result<Outcome>)> counted(std::function<void(Result<Outcome>)> done, TimePoint came);
   /// At once, or when all that was applied is durable, so that answers keep their order. Then `done` is
   /// called on the store's thread.
   void answer_when_saved(Result<Outcome> outcome, const std::function<void(Result<Outcome>)>& done,

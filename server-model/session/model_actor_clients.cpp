@@ -76,6 +76,19 @@ Result<ModelActor::Outcome> ModelActor::apply(const v1::Operation& resolved, con
   return outcome;
 }
 
+std::function<void(Result<ModelActor::Outcome>)> ModelActor::counted(
+    std::function<void(Result<Outcome>)> done, TimePoint came) {
+  return
+      [metrics = options_.metrics, &clock = clock_, came, done = std::move(done)](Result<Outcome> outcome) {
+        if (!outcome) {
+          metrics->refused(outcome.error().code);
+        } else if (outcome->durable) {
+          metrics->durable(clock.now() - came);
+        }
+        done(std::move(outcome));
+      };
+}
+
 void ModelActor::submit(v1::Operation operation, model::FileAccess files,
                         std::function<void(Result<Outcome>)> done, Allowed allowed,
                         v1::SaveLevel answer_when) {
@@ -86,10 +99,14 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
                     "submit.answer_when"));
     return;
   }
-  const auto perform = [this, allowed = std::move(allowed), answer_when](
+  const TimePoint came = clock_.now();
+  if (options_.metrics) done = counted(std::move(done), came);
+  const auto perform = [this, allowed = std::move(allowed), answer_when, came](
                            const v1::Operation& resolved,
                            const std::function<void(Result<Outcome>)>& answer) {
-    answer_when_saved(apply(resolved, allowed), answer, answer_when);
+    auto outcome = apply(resolved, allowed);
+    if (outcome && options_.metrics) options_.metrics->applied(resolved.body_case(), clock_.now() - came);
+    answer_when_saved(std::move(outcome), answer, answer_when);
   };
   if (operation.has_export_()) {
     post([this, operation = std::move(operation), files = std::move(files), done = std::move(done)] {

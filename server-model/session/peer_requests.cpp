@@ -120,7 +120,9 @@ std::optional<net::Frame> Peers::pull(Peer& peer) {
   if (envelope->has_delta() && scene->capture_time_ns > peer.shown_capture_ns) {
     peer.shown_capture_ns = scene->capture_time_ns;
     const std::lock_guard latency_lock(latency_mutex_);
-    capture_to_delta_.add(clock_.now() - from_ns(scene->capture_time_ns));
+    const Duration age = clock_.now() - from_ns(scene->capture_time_ns);
+    capture_to_delta_.add(age);
+    if (options_.actor.metrics) options_.actor.metrics->shown(age);
   }
   return *std::move(frame);
 }

@@ -482,6 +482,40 @@ std::uint64_t Peers::clients_served() const {
   return clients_served_;
 }
 
+std::vector<ClientFigures> Peers::clients() const {
+  std::vector<ClientFigures> figures;
+  for (const PeerPtr& peer : everybody()) {
+    const net::ConnectionStatistics statistics = peer->connection->statistics();
+    figures.push_back(
+        {role_word(peer->connection->peer().role), statistics.queued_bytes, statistics.overflows});
+  }
+  return figures;
+}
+
+std::vector<ModelFigures> Peers::models() const {
+  std::vector<ModelFigures> figures;
+  for (const RoomPtr& room : rooms_->open_rooms()) {
+    ModelFigures model;
+    model.name = room->name;
+    model.sequence = room->actor->scene()->sequence;
+    if (room->store) {
+      model.kept = true;
+      model.durable_sequence = room->store->durable_sequence();
+      model.file_bytes = file_bytes(room->store->path().string());
+      model.writable = room->store->failure().ok();
+      model.recovery_s = std::chrono::duration<double>(room->store->opening()).count();
+    }
+    figures.push_back(std::move(model));
+  }
+  return figures;
+}
+
+void Peers::flush() const {
+  for (const RoomPtr& room : rooms_->open_rooms()) {
+    if (room->store) room->store->flush();
+  }
+}
+
 LatencySummary Peers::capture_to_delta() const {
   const std::lock_guard lock(latency_mutex_);
   return capture_to_delta_.summary();

@@ -57,6 +57,10 @@ class Peers : public std::enable_shared_from_this<Peers> {
   std::size_t viewer_count() const;
   std::size_t peer_count() const;
   std::uint64_t clients_served() const;
+  std::vector<ClientFigures> clients() const;
+  std::vector<ModelFigures> models() const;  ///< That are open.
+  /// Waits until all that was applied is on the disk or has failed to be, and told.
+  void flush() const;
   LatencySummary capture_to_delta() const;
 
   /// To be called a few times a second: ends leases that nobody renews, closes models that nobody uses,

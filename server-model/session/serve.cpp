@@ -11,6 +11,7 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 #include <sstream>
 #include <string>
@@ -19,12 +20,15 @@
 
 #include "common/base/version.h"
 #include "common/net/message_client.h"
+#include "common/net/service_manager.h"
 #include "server-model/model/model.h"
 #include "server-model/session/local_target.h"
 #include "server-model/session/parallel.h"
 #include "server-model/session/report.h"
 #include "server-model/session/script_runner.h"
+#include "server-model/session/serve_watch.h"
 #include "server-model/session/server.h"
+#include "server-model/session/session_metrics.h"
 #include "server-model/session/tracking_link.h"
 #include "server-model/store/model_store.h"
 
@@ -42,14 +46,18 @@ constexpr auto close_timeout = 1500ms;
 /// A start has room for a million clients of each endpoint (server.cpp has the endpoints above).
 constexpr int epoch_shift = 20;
 
-Result<std::vector<net::Endpoint>> endpoints_of(const ServeOptions& options) {
+/// All of the end: closing connections, flushing the log. systemd kills after TimeoutStopSec=15.
+constexpr auto stop_timeout = 10s;
+
+/// `adopted`: systemd listens for us.
+Result<std::vector<net::Endpoint>> endpoints_of(const ServeOptions& options, bool adopted) {
   std::vector<net::Endpoint> endpoints;
   for (const std::string& text : options.listen) {
     auto endpoint = net::parse_endpoint(text);
     if (!endpoint) return endpoint.error();
     endpoints.push_back(*std::move(endpoint));
   }
-  if (endpoints.empty()) {
+  if (endpoints.empty() && !adopted) {
     auto endpoint = net::default_model_endpoint();
     if (!endpoint) return endpoint.error();
     endpoints.push_back(*std::move(endpoint));
@@ -161,18 +169,23 @@ Result<std::shared_ptr<access::Gate>> gate_of(const ServeOptions& options, const
   return access::Gate::open(options.access, *std::move(gate_options), log.component("access"));
 }
 
-std::string ready_line(const std::vector<net::Endpoint>& endpoints) {
+std::string ready_line(const std::vector<net::Endpoint>& endpoints,
+                       const std::optional<net::Endpoint>& metrics) {
   nlohmann::ordered_json line{{"ready", true}, {"endpoints", nlohmann::ordered_json::array()}};
   for (const net::Endpoint& endpoint : endpoints) line["endpoints"].push_back(endpoint.to_string());
+  if (metrics) line["metrics"] = metrics->to_string();
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 /// Runs the sockets until a signal or, when asked, the end of a recording.
 class Session {
  public:
-  Session(const ServeOptions& options, const Logger& log) : options_(options), log_(log) {}
+  Session(const ServeOptions& options, net::ServiceManager& service, const Clock& clock, const Logger& log)
+      : options_(options), service_(service), clock_(clock), log_(log) {}
 
-  Status run(const std::vector<net::Endpoint>& endpoints, Served served, std::ostream& out) {
+  Status run(const std::vector<net::Endpoint>& endpoints, std::vector<net::Listener> adopted, Served served,
+             std::ostream& out) {
+    wait_for_reload();
     boost::asio::signal_set signals(context_, SIGINT, SIGTERM);
     signals.async_wait([this](const boost::system::error_code& error, int signal) {
       if (!error) {
@@ -203,10 +216,13 @@ class Session {
       // Ids of the log's clients never come again, or a new client would get an old one's answers.
       server_options.net.first_client_id += served.store->epoch() << epoch_shift;
     }
+    store_ = served.store;
+    server_options.actor.metrics = metrics_;
     server_options.actor.store = std::move(served.store);
     server_options.actor.epoch = static_cast<std::uint64_t>(to_ns(clock_.now()));
-    auto server = Server::start(context_.get_executor(), endpoints, std::move(served.model),
-                                std::move(server_options), clock_, log_, [this] { on_end_of_recording(); });
+    auto server = Server::start(
+        context_.get_executor(), endpoints, std::move(served.model), std::move(server_options), clock_, log_,
+        [this] { on_end_of_recording(); }, std::move(adopted));
     if (!server) return server.error();
     server_ = *std::move(server);
     if (!options_.tracking.empty()) {
@@ -215,12 +231,54 @@ class Session {
       tracking_ =
           std::make_unique<TrackingLink>(*endpoint, server_->actor(), clock_, log_.component("tracking"));
     }
-    out << ready_line(server_->endpoints()) << std::endl;
+    WatchHooks hooks;
+    hooks.ask_model = [this](std::function<void()> answered) {
+      // A question without a body: refused at once, in its turn.
+      server_->actor().ask({}, [answered = std::move(answered)](const auto&) { answered(); });
+    };
+    hooks.figures = [this] { return present_figures(); };
+    hooks.ready = [this] { return ready(); };
+    auto watch = ServeWatch::start(context_.get_executor(), options_.metrics, metrics_, service_,
+                                   std::move(hooks), clock_, log_);
+    if (!watch) return watch.error();
+    watch_ = *std::move(watch);
+    out << ready_line(server_->endpoints(), watch_->metrics_endpoint()) << std::endl;
+    service_.ready("Serving " + (options_.store.empty() ? "a model" : options_.store));
     context_.run();  // ends when connections are closed and timers are done
     return write_report();
   }
 
  private:
+  PresentFigures present_figures() const {
+    PresentFigures present;
+    present.clients = server_->clients();
+    present.clients_served = server_->clients_served();
+    present.models = server_->models();
+    return present;
+  }
+
+  Status ready() const {
+    if (stopping_) return make_error(ErrorCode::cancelled, "the server stops");
+    return store_ ? store_->failure() : Status();
+  }
+
+  void wait_for_reload() {
+    hangups_.async_wait([this](const boost::system::error_code& error, int) {
+      if (error) return;
+      service_.reloading("Reading the configuration again");
+      if (options_.reload) {
+        if (const auto level = options_.reload(); level) {
+          log_.set_level(*level);
+          log_.info("the configuration was read again; of it the log level holds from now on");
+        } else {
+          log_.error("the configuration stays as it was: {}", level.error().describe());
+        }
+      }
+      service_.ready("Serving");
+      wait_for_reload();
+    });
+  }
+
   void on_end_of_recording() {
     log_.info("the recording has ended");
     if (options_.at_end != ServeOptions::AtEnd::exit) return;
@@ -247,11 +305,17 @@ class Session {
   void begin_stop() {
     if (stopping_) return;
     stopping_ = true;
+    service_.stopping();
+    deadline_.emplace(stop_timeout, log_);
+    watch_->stop();
+    hangups_.cancel();
     // Ends gestures in the air as a gone daemon would; what a hand has laid is not lost by stopping.
     server_->actor().end_gestures();
     figures_.state = server_->actor().state();
     figures_.clients_served = server_->clients_served();
     figures_.capture_to_delta = server_->capture_to_delta();
+    // What waits for the disk is answered before its client is told good-bye.
+    server_->flush();
     server_->stop();
     tracking_.reset();
     close_until_ = clock_.now() + close_timeout;
@@ -268,17 +332,24 @@ class Session {
   }
 
   Status write_report() {
+    watch_.reset();
     server_.reset();
     if (options_.report.empty()) return {};
     return session::write_report(options_.report, figures_);
   }
 
   const ServeOptions& options_;
+  net::ServiceManager& service_;
+  const Clock& clock_;
   Logger log_;
-  SystemClock clock_;
+  std::optional<StopDeadline> deadline_;  ///< Of all that follows.
+  std::shared_ptr<SessionMetrics> metrics_ = std::make_shared<SessionMetrics>();
+  std::shared_ptr<store::ModelStore> store_;
   boost::asio::io_context context_;
+  boost::asio::signal_set hangups_{context_, SIGHUP};
   boost::asio::steady_timer timer_{context_};
   std::unique_ptr<Server> server_;
+  std::unique_ptr<ServeWatch> watch_;
   std::unique_ptr<TrackingLink> tracking_;
   TimePoint flush_until_;
   TimePoint close_until_;
@@ -289,17 +360,23 @@ class Session {
 }  // namespace
 
 int serve(const ServeOptions& options, std::ostream& out) {
-  const Logger log("modeld", options.log_level);
+  const Logger log =
+      Logger("modeld", options.log_level, options.log_format).with("model", ServerOptions{}.model_name);
   const auto fail = [&](const Error& error) {
     log.error("{}", error.describe());
     return 1;
   };
-  auto endpoints = endpoints_of(options);
+  const SystemClock clock;
+  net::ServiceManager service(clock);
+  auto adopted = service.take_listeners();
+  if (!adopted) return fail(adopted.error());
+  auto endpoints = endpoints_of(options, !adopted->empty());
   if (!endpoints) return fail(endpoints.error());
+  Session session(options, service, clock, log);
   auto served = served_model(options, log);
   if (!served) return fail(served.error());
-  Session session(options, log);
-  if (const Status done = session.run(*endpoints, *std::move(served), out); !done) return fail(done.error());
+  if (const Status done = session.run(*endpoints, *std::move(adopted), *std::move(served), out); !done)
+    return fail(done.error());
   return 0;
 }
 

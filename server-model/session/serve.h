@@ -1,6 +1,7 @@
 #pragma once
 // `handloft-modeld serve`: one model behind its sockets until SIGTERM, SIGINT or the end of a recording.
 
+#include <functional>
 #include <iosfwd>
 #include <string>
 #include <vector>
@@ -37,11 +38,16 @@ struct ServeOptions {
   std::string export_folder;  ///< Where the palette's "Export" writes; empty: files.write_folder.
   interaction::InteractionOptions interaction;
   LogLevel log_level = LogLevel::info;
+  LogFormat log_format = LogFormat::text;
+  std::string metrics;  ///< Where metrics and health are served (serve_watch.h); empty: nowhere.
+  /// SIGHUP: the configuration read anew, of which the log level changes at once; empty: nothing is read.
+  std::function<Result<LogLevel>()> reload;
 };
 
 /// Prints one line of JSON on `out` when ready:
-/// {"ready":true,"endpoints":["unix:...","tcp:127.0.0.1:41234"]}. Blocks SIGTERM and SIGINT, so call it
-/// before there are other threads. Returns the exit status: 0 stopped on request or at the end of a
+/// {"ready":true,"endpoints":["unix:...","tcp:127.0.0.1:41234"]}, with "metrics" where they are served, and
+/// tells systemd, whose sockets it takes besides or instead of its own. Blocks SIGTERM, SIGINT and SIGHUP, so
+/// call it before there are other threads. Returns the exit status: 0 stopped on request or at the end of a
 /// recording; 1 an error, told on standard error.
 int serve(const ServeOptions& options, std::ostream& out);
 

@@ -63,8 +63,10 @@ Server::~Server() {
 Result<std::unique_ptr<Server>> Server::start(const boost::asio::any_io_executor& executor,
                                               const std::vector<net::Endpoint>& endpoints,
                                               model::Model initial, ServerOptions options, const Clock& clock,
-                                              const Logger& log, std::function<void()> on_end_of_recording) {
-  if (endpoints.empty()) return make_error(ErrorCode::invalid_argument, "found no endpoint", "listen");
+                                              const Logger& log, std::function<void()> on_end_of_recording,
+                                              std::vector<net::Listener> adopted) {
+  if (endpoints.empty() && adopted.empty())
+    return make_error(ErrorCode::invalid_argument, "found no endpoint", "listen");
   options.net.roles = {v1::ROLE_VIEWER, v1::ROLE_COMMENTER, v1::ROLE_EDITOR, v1::ROLE_OWNER};
   const bool with_tls = std::any_of(endpoints.begin(), endpoints.end(), [](const net::Endpoint& each) {
     return each.kind == net::Endpoint::Kind::tls;
@@ -86,11 +88,15 @@ Result<std::unique_ptr<Server>> Server::start(const boost::asio::any_io_executor
   auto implementation = std::make_unique<Implementation>();
   implementation->peers =
       Peers::start(std::move(initial), std::move(options), clock, log, std::move(on_end_of_recording));
-  for (std::size_t i = 0; i < endpoints.size(); ++i) {
+  for (std::size_t i = 0; i < endpoints.size() + adopted.size(); ++i) {
     net.first_client_id = (static_cast<std::uint64_t>(i) << endpoint_shift) + first_client_id;
-    auto server = net::MessageServer::listen(executor, endpoints[i], net,
-                                             implementation->peers->events(endpoints[i].kind), clock,
-                                             log.component("net"));
+    const bool is_adopted = i >= endpoints.size();
+    const net::Endpoint& endpoint = is_adopted ? adopted[i - endpoints.size()].endpoint : endpoints[i];
+    net::ServerEvents events = implementation->peers->events(endpoint.kind);
+    auto server = is_adopted ? net::MessageServer::serve(executor, std::move(adopted[i - endpoints.size()]),
+                                                         net, std::move(events), clock, log.component("net"))
+                             : net::MessageServer::listen(executor, endpoint, net, std::move(events), clock,
+                                                          log.component("net"));
     if (!server) {
       implementation->peers->stop();
       return server.error();
@@ -128,6 +134,18 @@ std::uint64_t Server::clients_served() const {
   return implementation_->peers->clients_served();
 }
 
+std::vector<ClientFigures> Server::clients() const {
+  return implementation_->peers->clients();
+}
+
+std::vector<ModelFigures> Server::models() const {
+  return implementation_->peers->models();
+}
+
+void Server::flush() const {
+  implementation_->peers->flush();
+}
+
 LatencySummary Server::capture_to_delta() const {
   return implementation_->peers->capture_to_delta();
 }
@@ -136,7 +154,8 @@ void Server::stop() {
   if (implementation_->stopped.exchange(true)) return;
   implementation_->watch->stop();
   implementation_->peers->close();
-  for (const auto& server : implementation_->servers) server->stop();
+  for (const auto& server : implementation_->servers)
+    server->stop(make_error(ErrorCode::cancelled, "the server stops"));
   implementation_->peers->stop();
 }
 

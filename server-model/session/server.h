@@ -21,14 +21,15 @@ namespace handloft::session {
 
 class Server {
  public:
-  /// Listens on all endpoints and starts the model's thread. `executor` must run until stop() and the closing
-  /// of connections are over; `clock` must outlive the server. `on_end_of_recording` comes from the model's
-  /// thread.
+  /// Listens on all endpoints, and on what systemd listens on for us (`adopted`), and starts the model's
+  /// thread. `executor` must run until stop() and the closing of connections are over; `clock` must outlive
+  /// the server. `on_end_of_recording` comes from the model's thread.
   static Result<std::unique_ptr<Server>> start(const boost::asio::any_io_executor& executor,
                                                const std::vector<net::Endpoint>& endpoints,
                                                model::Model initial, ServerOptions options,
                                                const Clock& clock, const Logger& log,
-                                               std::function<void()> on_end_of_recording = {});
+                                               std::function<void()> on_end_of_recording = {},
+                                               std::vector<net::Listener> adopted = {});
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
@@ -42,10 +43,14 @@ class Server {
   std::size_t viewer_count() const;
   std::size_t peer_count() const;  ///< Viewers and those that have not joined.
   std::uint64_t clients_served() const;
+  std::vector<ClientFigures> clients() const;  ///< Of those who are there, for metrics.
+  std::vector<ModelFigures> models() const;    ///< That are open, the first one first.
+  /// Waits until all that was applied is on the disk or has failed to be, and told.
+  void flush() const;
   /// From the capture of a tracking frame to the composing of the first delta that shows it, per viewer.
   LatencySummary capture_to_delta() const;
 
-  /// Sends what waits, closes everybody, ends the model's thread.
+  /// Sends what waits, tells everybody that the server stops, closes them and ends the model's thread.
   void stop();
 
  private:

@@ -140,6 +140,16 @@ Status Database::checkpoint() {
   return {};
 }
 
+Status Database::copy_to(Database& to) const {
+  constexpr int all_pages = -1;
+  sqlite3_backup* backup = sqlite3_backup_init(to.connection_.get(), "main", connection_.get(), "main");
+  if (backup == nullptr) return to.error("begin a backup");
+  const int stepped = sqlite3_backup_step(backup, all_pages);
+  const int finished = sqlite3_backup_finish(backup);
+  if (stepped == SQLITE_DONE && finished == SQLITE_OK) return {};
+  return to.error("back up");
+}
+
 Error Database::error(std::string_view doing) const {
   const int code = sqlite3_errcode(connection_.get());
   auto kind = ErrorCode::io;

@@ -67,6 +67,9 @@ class Database {
   /// Copies them; harmless when it fails, since the write-ahead log keeps all.
   Status checkpoint();
 
+  /// All of it as it is now, while others write it (SQLite's online backup): `to` is overwritten.
+  Status copy_to(Database& to) const;
+
   /// What SQLite said last: io with its words; resource_exhausted for a full disk; data_corrupt.
   Error error(std::string_view doing) const;
 

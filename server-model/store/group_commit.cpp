@@ -1,5 +1,6 @@
 #include "server-model/store/group_commit.h"
 
+#include <chrono>
 #include <utility>
 
 namespace handloft::store {
@@ -123,11 +124,14 @@ void GroupCommit::write(std::vector<Waiting> batch) {
   std::vector<LogRecord> records;
   records.reserve(batch.size());
   for (Waiting& one : batch) records.push_back(std::move(one.record));
+  const auto begun = std::chrono::steady_clock::now();
   Status status = log_.append(records);
+  const auto took = std::chrono::steady_clock::now() - begun;
   // A record that does not fit would leave a gap: as bad as a disk that fails.
   if (!status) status = log_.fail(status.error());
   {
     const std::lock_guard lock(mutex_);
+    if (commit_times_) commit_times_->add(took);
     failure_ = log_.failure();
     if (status) {
       statistics_.records += records.size();
@@ -173,6 +177,11 @@ void GroupCommit::stop() {
     thread_.join();
   }
   const OperationLog closed = std::move(log_);
+}
+
+void GroupCommit::time_commits(std::shared_ptr<Histogram> times) {
+  const std::lock_guard lock(mutex_);
+  commit_times_ = std::move(times);
 }
 
 GroupCommitStatistics GroupCommit::statistics() const {

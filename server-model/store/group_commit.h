@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/base/histogram.h"
 #include "common/base/result.h"
 #include "common/base/work_queue.h"
 #include "server-model/store/operation_log.h"
@@ -61,6 +62,8 @@ class GroupCommit {
   void stop();
 
   GroupCommitStatistics statistics() const;
+  /// From now on each commit adds how long it took.
+  void time_commits(std::shared_ptr<Histogram> times);
 
  private:
   struct Waiting {
@@ -88,6 +91,7 @@ class GroupCommit {
   bool scheduled_ = false;  ///< In the queue, if there is one.
   Status failure_;
   GroupCommitStatistics statistics_;
+  std::shared_ptr<Histogram> commit_times_;
 
   bool snapshot_under_way_ = false;
   std::unique_ptr<SnapshotWriter> snapshot_;  ///< The thread's own, as is:

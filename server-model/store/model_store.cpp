@@ -7,6 +7,7 @@ namespace handloft::store {
 
 Result<ModelStore::Opened> ModelStore::open(const std::filesystem::path& path,
                                             const model::ApplyContext& context, ModelStoreOptions options) {
+  const auto begun = std::chrono::steady_clock::now();
   const std::int64_t now = options.now_ns ? options.now_ns() : 0;
   auto log = OperationLog::open(path, OperationLog::Access::write, options.log);
   // Not there, or its making was cut off: it holds nothing yet.
@@ -31,6 +32,8 @@ Result<ModelStore::Opened> ModelStore::open(const std::filesystem::path& path,
                                                            snapshot, std::move(options))),
                 std::move(recovered->model), snapshot, recovered->replayed};
   const std::shared_ptr<ModelStore> store = opened.store;
+  store->path_ = path;
+  store->opening_ = std::chrono::steady_clock::now() - begun;
   opened.model.keep_in(
       {[store](std::uint64_t client_id, std::uint64_t op) { return store->answered(client_id, op); },
        [store] { return store->accepting(); },

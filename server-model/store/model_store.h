@@ -3,6 +3,7 @@
 // then on keeps every operation that is applied, without the model's thread ever waiting for the disk. Who
 // wants to call something saved asks when_durable(). Snapshots are made beside, every so many operations.
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -51,6 +52,9 @@ class ModelStore {
   ModelStore(const ModelStore&) = delete;
   ModelStore& operator=(const ModelStore&) = delete;
 
+  const std::filesystem::path& path() const { return path_; }
+  /// How long the file took to open.
+  std::chrono::steady_clock::duration opening() const { return opening_; }
   /// One more with every start that logged something: for ids that must never come again.
   std::uint64_t epoch() const { return epoch_; }
   /// `tell` is called once: when the operation and all before it are durable (maybe at once, on this thread),
@@ -61,6 +65,8 @@ class ModelStore {
   std::uint64_t durable_sequence() const;
   /// Writing has ended: the disk is full or failed. Thread-safe.
   Status failure() const { return commit_.failure(); }
+  /// From now on each commit adds how long it took. Thread-safe.
+  void time_commits(std::shared_ptr<Histogram> times) { commit_.time_commits(std::move(times)); }
   GroupCommitStatistics statistics() const { return commit_.statistics(); }
   /// Waits until all is durable or failed, and told. Thread-safe.
   void flush() { commit_.flush(); }
@@ -79,6 +85,8 @@ class ModelStore {
   void make_snapshot();
   std::int64_t now_ns() const { return options_.now_ns ? options_.now_ns() : 0; }
 
+  std::filesystem::path path_;
+  std::chrono::steady_clock::duration opening_{};
   const ModelStoreOptions options_;
   const std::uint64_t epoch_;
   /// Of the model's thread: answers of long ago, by a connection of its own.

@@ -273,11 +273,12 @@ class Model:
         """Pins words to an entity, a place or another comment. Its id."""
         operation = messages.Operation()
         request = operation.add_comment
+        request.id = "comment-" + secrets.token_hex(8)
         request.text, request.entity, request.reply_to = text, entity, reply_to
         if place is not None:
             messages.vec3(request.place, place)
-        made = self.submit(operation).entities
-        return made[0] if made else ""
+        self.submit(operation)
+        return request.id
 
     def resolve_comment(self, identifier):
         return self.submit({"changeComment": {"id": identifier, "resolved": True}})

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import socket
 import subprocess
 import sys
 import threading
@@ -10,7 +11,7 @@ import unittest
 
 import handloft
 from handloft import script
-from support import MODELD, PATIENCE, SOURCES, FakeServer, ServerTest
+from support import MODELD, PATIENCE, SOURCES, FakeServer, Peer, ServerTest
 from handloft import messages
 
 BOWL = [(0.01 * i, 0.01 * j, 0.4 * (0.01 * i) ** 2 + 0.3 * (0.01 * j) ** 2) for i in range(-4, 5) for j in range(-4, 5)]
@@ -221,6 +222,114 @@ class SameOperations(ServerTest):
         self.assertEqual(nobody.returncode, 2)
 
 
+class Together(ServerTest):
+    """What people do with each other's work (U1, U6)."""
+
+    def setUp(self):
+        super().setUp()
+        self.serve()
+
+    def connect(self, **options):
+        model = handloft.connect(self.endpoint, timeout=PATIENCE, **options)
+        self.addCleanup(model.close)
+        return model
+
+    def test_the_same_key_is_the_same_client_and_undoes_only_its_own(self):
+        key = handloft.new_client_key()
+        with handloft.connect(self.endpoint, client_key=key, timeout=PATIENCE) as ann:
+            identity = ann.client_id
+            ann.dual_shape("of-ann")
+        bob = self.connect(name="Bob")
+        bob.dual_shape("of-bob")
+        ann = self.connect(client_key=key)
+        self.assertEqual(ann.client_id, identity)
+        self.assertNotEqual(bob.client_id, identity)
+        ann.undo()
+        self.assertEqual([one["id"] for one in bob.entities()], ["of-bob"])
+        with self.assertRaises(handloft.Refused):
+            ann.undo()
+
+    def test_a_lease_keeps_others_from_what_is_shaped_and_ends(self):
+        ann, bob = self.connect(name="Ann"), self.connect(name="Bob")
+        ann.join()
+        bob.join()
+        ann.dual_shape("seat")
+        with ann.lease("seat") as seat:
+            seat.add_points([(0, 0, 0)])
+            with self.assertRaises(handloft.Refused) as caught:
+                with bob.lease("seat"):
+                    pass
+            self.assertTrue(caught.exception.message)
+        with bob.lease("seat") as seat:
+            seat.add_points([(0, 0, 1)])
+
+    def test_versions_say_what_was_done_and_come_back(self):
+        model = self.connect()
+        seat = model.dual_shape("seat", name="Seat")
+        seat.add_points(BOWL)
+        model.name_version("first", note="before the meeting")
+        then = [tuple(one) for one in seat.points()[0]]
+        seat.move((0.0, 0.0, 0.012))
+        model.name_version("second")
+        self.assertEqual([one["name"] for one in model.versions()], ["first", "second"])
+        self.assertTrue(any("eat" in sentence for sentence in model.difference("first", "second")))
+        model.restore_version("first")
+        self.assertEqual([tuple(one) for one in seat.points()[0]], then)
+
+    def test_comments_are_pinned_answered_and_resolved(self):
+        model = self.connect(name="Ann")
+        model.dual_shape("seat").add_points(BOWL)
+        first = model.comment("Too high here", entity="seat", place=BOWL[0])
+        model.comment("By 5 mm", reply_to=first)
+        self.assertEqual([one["text"] for one in model.comments()], ["Too high here", "By 5 mm"])
+        model.resolve_comment(first)
+        self.assertNotIn(first, [one["id"] for one in model.comments()])
+        self.assertIn(first, [one["id"] for one in model.comments(resolved=True)])
+
+    def test_people_and_roles_are_told(self):
+        ann, bob = self.connect(name="Ann"), self.connect(name="Bob", role="viewer")
+        ann.join()
+        next(bob.watch(timeout=PATIENCE))
+        self.assertEqual(bob.role, "viewer")
+        self.assertEqual(sorted(one["name"] for one in ann.people()), ["Ann", "Bob"])
+        self.assertEqual([one["name"] for one in ann.models()], ["main"])
+
+
+class Proxy:
+    """Between a client and a server: cuts a connection when the server's answer to a submit comes."""
+
+    def __init__(self, folder, server, cuts):
+        self.cut = 0
+
+        def behave(peer, number):
+            onward = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+            onward.settimeout(PATIENCE)
+            onward.connect(server[len("unix:") :])
+            there = Peer(onward)
+
+            def forward():
+                try:
+                    while True:
+                        there.send(peer.receive())
+                except (OSError, EOFError):
+                    pass
+
+            thread = threading.Thread(target=forward, daemon=True)
+            thread.start()
+            with onward:
+                while True:
+                    envelope = there.receive()
+                    if envelope.HasField("ack") and self.cut < cuts:
+                        self.cut += 1
+                        for end in (onward, peer.connection):  # which wakes who reads there
+                            end.shutdown(socket.SHUT_RDWR)
+                        thread.join(PATIENCE)
+                        return
+                    peer.send(envelope)
+
+        self.server = FakeServer(folder, behave)
+
+
 class Lost(ServerTest):
     """Connections end; operations happen once (H3)."""
 
@@ -247,6 +356,21 @@ class Lost(ServerTest):
         self.assertEqual(len(set(seen)), 1)
         key, operation = seen[0]
         self.assertTrue(16 <= len(key) <= 64 and operation > 0)
+
+    def test_h3_operations_whose_answers_are_lost_apply_once(self):
+        for options in ([], ["--store", os.path.join(self.folder, "seat.handloft")]):
+            with self.subTest(options=options):
+                server = self.serve(*options)
+                proxy = Proxy(self.folder, self.endpoint, cuts=20)
+                with handloft.connect(proxy.server.endpoint, timeout=PATIENCE) as model:
+                    model.dual_shape("a")
+                    for i in range(40):
+                        model.add_points("a", [(0.001 * i, 0, 0)])
+                    self.assertEqual(len(model.shape("a").points()[0]), 40)
+                self.assertEqual(proxy.cut, 20)
+                proxy.server.close()
+                os.remove(proxy.server.endpoint[len("unix:") :])
+                self.end(server)
 
     def test_a_server_that_does_not_know_clients_again_is_not_asked_twice(self):
         submits = []

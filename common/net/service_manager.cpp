@@ -1,4 +1,4 @@
-#include "daemon-tracking/main/service_manager.h"
+#include "common/net/service_manager.h"
 
 #include <fmt/format.h>
 #include <systemd/sd-daemon.h>
@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace handloft::tracking {
+namespace handloft::net {
 
 namespace {
 
@@ -30,17 +30,28 @@ ServiceManager::ServiceManager(const Clock& clock) : clock_(clock) {
   }
 }
 
-Result<std::optional<net::Listener>> ServiceManager::take_listener() {
+Result<std::vector<Listener>> ServiceManager::take_listeners() {
   const int count = std::exchange(passed_sockets_, 0);
-  if (count <= 0) return std::optional<net::Listener>();
-  if (count > 1) {
-    return make_error(ErrorCode::invalid_argument,
-                      fmt::format("found {} sockets from systemd, expected one ListenStream=", count),
-                      "LISTEN_FDS");
+  std::vector<Listener> listeners;
+  for (int i = 0; i < count; ++i) {
+    Result<Listener> listener = adopt_listener(FileDescriptor(SD_LISTEN_FDS_START + i));
+    if (!listener) return listener.error();
+    listeners.push_back(std::move(*listener));
   }
-  Result<net::Listener> listener = net::adopt_listener(net::FileDescriptor(SD_LISTEN_FDS_START));
-  if (!listener) return listener.error();
-  return std::optional<net::Listener>(std::move(*listener));
+  return listeners;
+}
+
+Result<std::optional<Listener>> ServiceManager::take_listener() {
+  if (passed_sockets_ > 1) {
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found {} sockets from systemd, expected one ListenStream=", passed_sockets_),
+        "LISTEN_FDS");
+  }
+  Result<std::vector<Listener>> listeners = take_listeners();
+  if (!listeners) return listeners.error();
+  if (listeners->empty()) return std::optional<Listener>();
+  return std::optional<Listener>(std::move(listeners->front()));
 }
 
 void ServiceManager::ready(std::string_view status) {
@@ -51,9 +62,8 @@ void ServiceManager::status(std::string_view words) {
   notify(fmt::format("STATUS={}", words));
 }
 
-void ServiceManager::reloading() {
-  notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=Reading configuration and calibration again",
-                     to_ns(clock_.now()) / ns_per_us));
+void ServiceManager::reloading(std::string_view status) {
+  notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS={}", to_ns(clock_.now()) / ns_per_us, status));
 }
 
 void ServiceManager::stopping() {
@@ -68,4 +78,4 @@ void ServiceManager::alive() {
   if (told_ns_.compare_exchange_strong(told, now)) notify("WATCHDOG=1");
 }
 
-}  // namespace handloft::tracking
+}  // namespace handloft::net
