@@ -24,8 +24,8 @@ struct ClientOptions {
   v1::Role role = v1::ROLE_UNSPECIFIED;
   std::string program = "handloft";
   std::string name;  ///< Shown to others.
-  /// Random bytes (random_client_key()): with the same ones a client is the same when it comes again. Empty: another
-  /// one each time.
+  /// Random bytes (random_client_key()): with the same ones a client is the same when it comes again. Empty:
+  /// another one each time.
   std::string client_key = {};
   std::uint32_t max_frame_bytes = default_max_frame_bytes;
   std::chrono::milliseconds connect_timeout{5000};  ///< All attempts of the first connect() together.

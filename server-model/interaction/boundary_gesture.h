@@ -20,8 +20,7 @@ namespace handloft::interaction {
 class BoundaryGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
-  explicit BoundaryGesture(Workbench& workbench)
-      : workbench_(workbench), air_(workbench) {}
+  explicit BoundaryGesture(Workbench& workbench) : workbench_(workbench), air_(workbench) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

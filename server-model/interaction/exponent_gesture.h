@@ -16,9 +16,7 @@ class ExponentGesture final : public Gesture {
  public:
   /// On the active shape. `workbench` must outlive it.
   explicit ExponentGesture(Workbench& workbench)
-      : workbench_(workbench),
-        air_(workbench),
-        entity_(workbench.active_shape()) {}
+      : workbench_(workbench), air_(workbench), entity_(workbench.active_shape()) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

@@ -23,8 +23,7 @@ namespace handloft::interaction {
 class IconPenGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
-  explicit IconPenGesture(Workbench& workbench)
-      : workbench_(workbench), air_(workbench) {}
+  explicit IconPenGesture(Workbench& workbench) : workbench_(workbench), air_(workbench) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

@@ -31,8 +31,7 @@ namespace handloft::interaction {
 class ProfileGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
-  explicit ProfileGesture(Workbench& workbench)
-      : workbench_(workbench), air_(workbench) {}
+  explicit ProfileGesture(Workbench& workbench) : workbench_(workbench), air_(workbench) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   Result<std::optional<model::Submitted>> commit() override;

@@ -13,8 +13,7 @@ namespace handloft::interaction {
 class StrokeGesture final : public Gesture {
  public:
   /// `workbench` must outlive it.
-  explicit StrokeGesture(Workbench& workbench)
-      : workbench_(workbench), air_(workbench) {}
+  explicit StrokeGesture(Workbench& workbench) : workbench_(workbench), air_(workbench) {}
   ~StrokeGesture() override { release_id(); }
 
   Result<Preview> on_frame(const HandFrame& frame) override;

@@ -20,10 +20,7 @@ class TransformGesture final : public Gesture {
 
   /// `workbench` must outlive it.
   TransformGesture(Workbench& workbench, Grip grip)
-      : workbench_(workbench),
-        grip_(grip),
-        air_(workbench),
-        fist_(workbench.options.fist_hold) {}
+      : workbench_(workbench), grip_(grip), air_(workbench), fist_(workbench.options.fist_hold) {}
 
   Result<Preview> on_frame(const HandFrame& frame) override;
   void let_go(std::optional<TimePoint> since) override;

@@ -37,7 +37,7 @@ ModelActor::ModelActor(model::Model initial, ActorOptions options, ActorEvents e
   threads_.model->run_and_wait([this] {
     claims_->leases = interaction::Leases([&time = clock_] { return time.now(); }, options_.leases);
     if (options_.store && options_.metrics) options_.store->time_commits(options_.metrics->commits());
-  source_of({});
+    source_of({});
     publish_scene();
   });
 }

@@ -217,8 +217,9 @@ TEST_F(SessionTest, F1_hostile_and_dying_clients_do_not_disturb_the_others) {
     confused.send(wrong);
     EXPECT_FALSE(confused.read_until([] { return false; }));
     EXPECT_EQ(confused.failure.code(), "invalid_argument");
-    EXPECT_EQ(confused.failure.message(),
-              "found the message \"ack\", expected join, submit, ask, presence, tracking, hand_command or lease");
+    EXPECT_EQ(
+        confused.failure.message(),
+        "found the message \"ack\", expected join, submit, ask, presence, tracking, hand_command or lease");
   }
   still_works();
 }
