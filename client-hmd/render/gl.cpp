@@ -96,6 +96,8 @@ void GlProgram::set(const char* name, const glm::mat4& value) const {
 void bind_texture(int unit, GLenum target, GLuint texture) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(target, texture);
+  // Whoever makes a texture binds it to the active unit: never to one that something was left in for later.
+  if (unit != 0) glActiveTexture(GL_TEXTURE0);
 }
 
 }  // namespace handloft::client

@@ -22,9 +22,21 @@ std::vector<std::string> Changes::all() const {
   return ids;
 }
 
+namespace {
+
+bool alike(const Alternatives& a, const Alternatives& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Alternative& x, const Alternative& y) {
+    return x.name == y.name && x.entities == y.entities && x.version == y.version;
+  });
+}
+
+}  // namespace
+
 Changes difference(const Document& before, const Document& after) {
   Changes changes;
-  changes.alternatives = before.present != after.present || before.alternatives != after.alternatives;
+  changes.alternatives =
+      before.present != after.present ||
+      (before.alternatives != after.alternatives && !alike(*before.alternatives, *after.alternatives));
   changes.versions = before.versions != after.versions && *before.versions != *after.versions;
   changes.comments = before.comments != after.comments && *before.comments != *after.comments;
   auto a = before.entities.begin();

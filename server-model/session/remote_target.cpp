@@ -33,6 +33,7 @@ Result<RemoteTarget> RemoteTarget::connect(const net::Endpoint& endpoint, const 
   client_options.tls = *std::move(tls);
   client_options.program = "handloft-modeld run";
   client_options.name = options.name;
+  client_options.client_key = options.client_key;
   client_options.connect_timeout = options.connect_timeout;
   auto client = net::SyncClient::connect(endpoint, client_options, clock);
   if (!client) return client.error();

@@ -14,6 +14,8 @@ struct RemoteTargetOptions {
   v1::Role role = v1::ROLE_EDITOR;
   /// How safe an operation is to be when it is answered; unspecified: as the server is configured.
   v1::SaveLevel answer_when = v1::SAVE_LEVEL_UNSPECIFIED;
+  /// net::ClientOptions::client_key: the same client when it comes again, whose steps undo takes back.
+  std::string client_key = {};
   std::string model = {};  ///< Of a server that has several; empty: its first.
   /// Tries again so long while nobody listens; 0: once, so that a wrong path is told at once.
   std::chrono::milliseconds connect_timeout{0};

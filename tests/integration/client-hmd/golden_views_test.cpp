@@ -225,7 +225,7 @@ std::vector<std::string> group_names() {
   return names;
 }
 INSTANTIATE_TEST_SUITE_P(All, GoldenViews, testing::ValuesIn(group_names()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& group) { return group.param; });
 
 /// Another thing in the picture, or the same thing otherwise, does not pass for the golden one.
 class WrongViews : public GoldenViews {};

@@ -14,6 +14,7 @@
 
 #include "common/base/clock.h"
 #include "common/net/endpoint.h"
+#include "common/net/message_client.h"
 #include "server-model/session/remote_target.h"
 #include "tests/support/process.h"
 
@@ -41,7 +42,9 @@ class StoreProcess : public testing::Test {
     return {HANDLOFT_MODELD, "serve", "--listen", socket(), "--store", model};
   }
   RemoteTarget connect() {
-    auto target = RemoteTarget::connect(net::parse_endpoint(socket()).value(), clock);
+    RemoteTargetOptions options;
+    options.client_key = key;
+    auto target = RemoteTarget::connect(net::parse_endpoint(socket()).value(), clock, options);
     EXPECT_TRUE(target.ok()) << (target ? "" : target.error().describe());
     return *std::move(target);
   }
@@ -77,6 +80,7 @@ class StoreProcess : public testing::Test {
     return {status, Json::parse(text, nullptr, false)};
   }
 
+  const std::string key = net::random_client_key();  ///< The same client every time.
   fs::path folder;
   std::string model;
   SystemClock clock;
@@ -92,11 +96,8 @@ TEST_F(StoreProcess, D1WhatWasAnsweredIsThereAfterAKillAndCanBeUndone) {
     if (start > 0) {
       EXPECT_EQ(hash_of(editor), hash) << "start " << start;
     }
-    // Numbers of operations begin anew with every connection: another client, another operation.
     for (int i = 0; i < 4; ++i, ++strokes) {
-      v1::Operation operation = stroke(strokes);
-      operation.set_client_op_id(static_cast<std::uint64_t>(i) + 1);
-      const auto done = editor.submit(operation);
+      const auto done = editor.submit(stroke(strokes));
       ASSERT_TRUE(done.ok()) << done.error().describe();
       EXPECT_EQ(done->sequence, static_cast<std::uint64_t>(strokes) + 1);
     }
