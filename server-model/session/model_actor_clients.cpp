@@ -89,6 +89,22 @@ std::function<void(Result<ModelActor::Outcome>)> ModelActor::counted(
       };
 }
 
+namespace {
+
+/// What the server's own hand and its script did is the work of whoever owns the host: one who has done
+/// nothing by this client takes theirs back. Without a number for retries, which are counted by client.
+v1::Operation of_host(const v1::Operation& operation, const model::History& history) {
+  const std::uint64_t client = operation.client_id();
+  const bool step = operation.has_undo() || operation.has_redo();
+  if (!step || history.undo_steps(client) + history.redo_steps(client) > 0) return operation;
+  v1::Operation theirs = operation;
+  theirs.set_client_id(0);
+  theirs.set_client_op_id(0);
+  return theirs;
+}
+
+}  // namespace
+
 void ModelActor::submit(v1::Operation operation, model::FileAccess files,
                         std::function<void(Result<Outcome>)> done, Allowed allowed,
                         v1::SaveLevel answer_when) {
@@ -101,10 +117,11 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
   }
   const TimePoint came = clock_.now();
   if (options_.metrics) done = counted(std::move(done), came);
-  const auto perform = [this, allowed = std::move(allowed), answer_when, came](
+  const bool owns_host = files.scope == model::FileAccess::Scope::anywhere;
+  const auto perform = [this, allowed = std::move(allowed), answer_when, came, owns_host](
                            const v1::Operation& resolved,
                            const std::function<void(Result<Outcome>)>& answer) {
-    auto outcome = apply(resolved, allowed);
+    auto outcome = apply(owns_host ? of_host(resolved, model_.history()) : resolved, allowed);
     if (outcome && options_.metrics) options_.metrics->applied(resolved.body_case(), clock_.now() - came);
     answer_when_saved(std::move(outcome), answer, answer_when);
   };

@@ -38,7 +38,11 @@ void SceneBuilder::tell_histories(const model::History& history, const std::set<
     return;
   }
   auto told = std::make_shared<std::map<std::uint64_t, v1::HistoryState>>();
-  for (const std::uint64_t client : viewers) told->emplace(client, history_state(history, client));
+  for (const std::uint64_t client : viewers) {
+    // Who has done nothing looks on at the workstation: the server's own hand, and its script.
+    const bool looks_on = history.undo_steps(client) + history.redo_steps(client) == 0;
+    told->emplace(client, history_state(history, looks_on ? 0 : client));
+  }
   scene.histories = std::move(told);
   told_changes_ = history.changes();
   told_viewers_ = viewers;
