@@ -80,7 +80,7 @@ TEST(OperationSequences, A28X5KeepEveryInvariantAndUndoToTheBit) {
   // The sequences must reach what they are meant to reach.
   EXPECT_GE(sequences, cases * sequences_per_case);
   EXPECT_GE(longest, static_cast<std::size_t>(longest_sequence - 4));
-  for (const Maker& maker : own_makers) EXPECT_GT(applied[maker.name], sequences_per_case) << maker.name;
+  for (const Maker& maker : own_makers) EXPECT_GE(applied[maker.name], sequences_per_case) << maker.name;
 }
 
 }  // namespace
