@@ -51,6 +51,7 @@ bool Desktop::hand_ready(TimePoint time) {
 
 void Desktop::on_refusal(std::string words, TimePoint now) {
   state_.refusal = std::move(words);
+  ++state_.refusals;
   refusal_until_ = now + refusal_shown;
 }
 

@@ -118,6 +118,7 @@ struct DesktopState {
   std::string over;                         ///< Name of the shape under the pointer; empty: none.
   bool on_shape = false;                    ///< The cursor lies on it; else on the work plane.
   bool snapped = false;                     ///< To a point, a curve's end or an icon.
+  std::uint64_t refusals = 0;               ///< So many so far.
   std::string refusal;                      ///< The last thing that was refused, in words, for some seconds.
   /// What became of the last thing that was done, where there is more to tell: the file of an export.
   std::string note;

@@ -57,7 +57,10 @@ std::string needs_surface(const Scene& scene) {
 }
 
 void add_model_state(const PanelFacts& facts, std::vector<StateWords>& states) {
-  if (facts.model.snapshots == 0) {
+  if (facts.model.denied) {
+    states.push_back(
+        {"⚠", "Not let in: " + shortened(facts.model.denied->message, longest_problem), Tone::bad});
+  } else if (facts.model.snapshots == 0) {
     states.push_back({"○", "Connecting", Tone::caution});
   } else if (!facts.model.connected) {
     states.push_back({"○", "Reconnecting", Tone::bad});
@@ -355,7 +358,9 @@ PanelContents panel_contents(const PanelFacts& facts, const HistoryTrail& trail)
   PanelContents contents;
   contents.has_scene = facts.model.snapshots > 0;
   contents.can_edit = can_edit(facts);
-  contents.can_comment = contents.can_edit && facts.model.role != v1::ROLE_VIEWER;
+  contents.can_comment = facts.model.role == v1::ROLE_UNSPECIFIED
+                             ? contents.can_edit
+                             : facts.model.connected && facts.model.role != v1::ROLE_VIEWER;
   add_model_state(facts, contents.states);
   add_saved_state(facts, contents.states);
   add_tracking_state(facts, contents.states);
@@ -367,6 +372,8 @@ PanelContents panel_contents(const PanelFacts& facts, const HistoryTrail& trail)
   contents.alternatives = facts.model.scene->alternatives;
   contents.history = trail.rows();
   contents.comments = comment_rows(facts);
+  contents.is_owner = facts.model.connected && facts.model.role == v1::ROLE_OWNER;
+  contents.difference = facts.model.difference;
   if (facts.model.scene->versions != nullptr) contents.versions = *facts.model.scene->versions;
   return contents;
 }

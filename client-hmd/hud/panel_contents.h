@@ -109,8 +109,10 @@ struct PanelContents {
   bool has_scene = false;
   std::vector<CommentRow> comments;  ///< Open ones first, in the order of making.
   std::vector<NamedVersion> versions;
-  bool can_edit = false;     ///< Joined as an editor, and connected.
-  bool can_comment = false;  ///< The same, or as a commenter.
+  std::optional<VersionDifference> difference;  ///< The last that was asked for.
+  bool is_owner = false;                        ///< May delete versions.
+  bool can_edit = false;                        ///< Joined as an editor, and connected.
+  bool can_comment = false;                     ///< The same, or as a commenter.
 };
 
 PanelContents panel_contents(const PanelFacts& facts, const HistoryTrail& trail);

@@ -34,7 +34,9 @@ struct PanelMemory {
   std::string comment;   ///< As typed so far.
   std::string replying;  ///< Id of the comment that is being answered; empty: none.
   std::string reply;
-  std::string version;
+  std::string version;           ///< As typed so far.
+  std::string opened_version;    ///< Whose buttons are shown; empty: none's.
+  std::string compared_version;  ///< Whose difference is shown; empty: none's.
   std::map<std::string, bool> open_sections;
   std::map<std::string, float> heights;  ///< That panels would fill, as of the frame before.
 };

@@ -37,11 +37,26 @@ struct ResolveComment {
   std::string id;
   bool resolved = true;
 };
+struct DeleteRemark {
+  std::string comment;
+};
 struct KeepVersion {
   std::string name;
 };
 struct RestoreNamed {
   std::string version;
+};
+/// A new alternative that begins as that version was.
+struct BranchFrom {
+  std::string version;
+};
+struct DeleteNamed {
+  std::string version;
+};
+/// What was done from one version to another, in words.
+struct CompareVersions {
+  std::string from;
+  std::string to;  ///< Empty: the present.
 };
 struct ChangeView {
   ViewChoices choices;
@@ -50,8 +65,8 @@ struct ChangeSettings {
   HudSettings settings;  ///< Already in effect; to be kept.
 };
 
-using PanelRequest =
-    std::variant<DesktopCommand, RenameShape, DeleteShape, ShowShape, SwitchAlternative, CommentOn, ReplyTo,
-                 ResolveComment, KeepVersion, RestoreNamed, ChangeView, ChangeSettings>;
+using PanelRequest = std::variant<DesktopCommand, RenameShape, DeleteShape, ShowShape, SwitchAlternative,
+                                  CommentOn, ReplyTo, ResolveComment, DeleteRemark, KeepVersion, RestoreNamed,
+                                  BranchFrom, DeleteNamed, CompareVersions, ChangeView, ChangeSettings>;
 
 }  // namespace handloft::client

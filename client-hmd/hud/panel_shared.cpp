@@ -63,18 +63,96 @@ void comment(PanelParts& parts, const CommentRow& row, const std::string& watchi
       parts.memory.reply.clear();
     }
   } else {
-    const float width = tile_width(2);
+    const float width = tile_width(3);
     if (text_button(parts, "reply:" + row.id, "Answer", ButtonLook::plain, width, watching)) {
       parts.memory.replying = row.id;
       parts.memory.reply.clear();
     }
     ImGui::SameLine();
-    if (text_button(parts, "resolve:" + row.id, row.resolved ? "Open again" : "Resolved", ButtonLook::plain,
-                    width, watching)) {
+    if (text_button(parts, "resolve:" + row.id, row.resolved ? "Reopen" : "Resolve", ButtonLook::plain, width,
+                    watching)) {
       parts.ask(ResolveComment{row.id, !row.resolved});
+    }
+    ImGui::SameLine();
+    // Whose it is, the server knows best: it refuses in words.
+    if (text_button(parts, "delete-comment:" + row.id, "Delete", ButtonLook::plain, width, watching)) {
+      parts.ask(DeleteRemark{row.id});
     }
   }
   gap(parts, 0.25F);
+  ImGui::PopID();
+}
+
+/// What was done since that version, as far as it is known.
+void draw_difference(PanelParts& parts, const std::string& version) {
+  const std::optional<VersionDifference>& found = parts.contents.difference;
+  if (!found || found->from != version || found->asking) {
+    small_words(parts, "Comparing…", parts.theme.faint_ink);
+    return;
+  }
+  const std::string until = found->to.empty() ? "now" : "“" + found->to + "”";
+  small_words(parts, "From this version to " + until + ":", parts.theme.faint_ink);
+  if (!found->refusal.empty()) {
+    small_words(parts, "⚠ " + found->refusal, parts.theme.bad_ink);
+  } else if (found->sentences.empty()) {
+    small_words(parts, "Nothing has changed.", parts.theme.ink);
+  }
+  for (const std::string& sentence : found->sentences) small_words(parts, "· " + sentence, parts.theme.ink);
+  note_place(parts, "difference:" + version);
+}
+
+void version_buttons(PanelParts& parts, const NamedVersion& version, const std::string& watching) {
+  const float width = tile_width(2);
+  const std::string& name = version.name;
+  if (text_button(parts, "restore:" + name, "↶ Restore", ButtonLook::plain, width, watching))
+    parts.ask(RestoreNamed{name});
+  ImGui::SameLine();
+  if (text_button(parts, "branch:" + name, "Branch", ButtonLook::plain, width, watching))
+    parts.ask(BranchFrom{name});
+  if (text_button(parts, "compare:" + name, "Compare", ButtonLook::plain, width)) {
+    parts.memory.compared_version = name;
+    parts.ask(CompareVersions{name, {}});
+  }
+  ImGui::SameLine();
+  const std::string not_owner = parts.contents.is_owner ? "" : "Only an owner of the model deletes versions";
+  if (text_button(parts, "delete-version:" + name, "Delete", ButtonLook::plain, width,
+                  watching.empty() ? not_owner : watching)) {
+    parts.ask(DeleteNamed{name});
+  }
+}
+
+/// Buttons that compare `from` with the versions after it instead of with the present.
+void compare_with_others(PanelParts& parts, const std::string& from) {
+  bool after = false;
+  for (const NamedVersion& version : parts.contents.versions) {
+    if (after &&
+        text_button(parts, "compare-with:" + version.name, "… with " + shortened(version.name, longest_name),
+                    ButtonLook::plain, ImGui::GetContentRegionAvail().x)) {
+      parts.ask(CompareVersions{from, version.name});
+    }
+    after = after || version.name == from;
+  }
+}
+
+void version_row(PanelParts& parts, const NamedVersion& version, const std::string& watching) {
+  PanelMemory& memory = parts.memory;
+  ImGui::PushID(version.name.c_str());
+  const bool open = memory.opened_version == version.name;
+  if (choice_row(parts, "version:" + version.name, shortened(version.name, longest_name),
+                 open ? Chosen::yes : Chosen::no)) {
+    memory.opened_version = open ? std::string() : version.name;
+  }
+  if (open) {
+    const std::string about = (version.author.empty() ? std::string() : version.author) +
+                              (version.author.empty() || version.note.empty() ? "" : ": ") + version.note;
+    if (!about.empty()) small_words(parts, about, parts.theme.faint_ink);
+    version_buttons(parts, version, watching);
+    if (memory.compared_version == version.name) {
+      compare_with_others(parts, version.name);
+      draw_difference(parts, version.name);
+    }
+    gap(parts, 0.25F);
+  }
   ImGui::PopID();
 }
 
@@ -95,22 +173,9 @@ void draw_comments(PanelParts& parts) {
 void draw_versions(PanelParts& parts) {
   heading(parts, "Versions");
   const std::string watching = parts.contents.can_edit ? "" : "You are watching";
-  for (const NamedVersion& version : parts.contents.versions) {
-    ImGui::PushID(version.name.c_str());
-    if (text_button(parts, "restore:" + version.name, "↶ " + shortened(version.name, longest_name),
-                    ButtonLook::plain, ImGui::GetContentRegionAvail().x, watching)) {
-      parts.ask(RestoreNamed{version.name});
-    }
-    if (ImGui::IsItemHovered()) {
-      tip(parts, version.name,
-          "Restore this version" + (version.author.empty() ? std::string() : " of " + version.author) +
-              (version.note.empty() ? "." : ": " + version.note),
-          watching);
-    }
-    ImGui::PopID();
-  }
-  if (line_and_button(parts, "version", "Name of this version", "Keep this version", parts.memory.version,
-                      watching)) {
+  for (const NamedVersion& version : parts.contents.versions) version_row(parts, version, watching);
+  if (line_and_button(parts, "version-name", "Name of this version", "Keep this version",
+                      parts.memory.version, watching)) {
     parts.ask(KeepVersion{parts.memory.version});
     parts.memory.version.clear();
   }

@@ -38,6 +38,16 @@ class EndSignal {
   net::FileDescriptor fd_;
 };
 
+/// Who was invited as less may have become more since, and the server says what they are; owners come as
+/// such.
+Invited invited_by(const net::Endpoint& model) {
+  if (model.kind != net::Endpoint::Kind::tls) return Invited::somebody;
+  const Result<std::filesystem::path> folder = net::paired_servers_folder();
+  if (!folder) return Invited::somebody;
+  const Result<net::PairedServer> server = net::find_paired_server(model, *folder);
+  return server && server->role == "owner" ? Invited::owner : Invited::somebody;
+}
+
 }  // namespace
 
 Status run_hmd(const HmdOptions& options, const Logger& log) {
@@ -55,13 +65,17 @@ Status run_hmd(const HmdOptions& options, const Logger& log) {
     if (!folder) return folder.error();
     const Result<net::PairedServer> paired = net::pair(*model, options.pair, {}, *folder);
     if (!paired) return paired.error();
-    log.info("paired with {} as {}, {}", paired->endpoint, paired->user, paired->role);
+    log.info("paired with {} as \"{}\", {}; from now on without --pair", paired->endpoint, paired->user,
+             paired->role);
   }
   const Result<std::shared_ptr<const net::TlsContext>> tls = net::tls_to(*model);
+  if (!tls && tls.error().code == ErrorCode::failed_precondition) {
+    return make_error(ErrorCode::permission_denied, tls.error().message, "model");  // Not let in.
+  }
   if (!tls) return tls.error();
   EndSignal end_signal;  // Before any thread: all of them inherit the mask.
   const SystemClock clock;
-  Feeds feeds(options, *model, clock, log, *tls);
+  Feeds feeds(options, *model, clock, log, *tls, invited_by(*model));
   Result<std::unique_ptr<Display>> display = open_display(options, log);
   if (!display) return display.error();
   if (options.shots.wanted()) {

@@ -28,6 +28,12 @@ Status send_one(ModelFeed& feed, const HandMessage& message) {
   return feed.submit(std::get<v1::Operation>(message));
 }
 
+/// "delete_version" as people read it.
+std::string in_words(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
 /// The scene with nothing but what is selected, or would be acted on.
 Scene selected_of(const Scene& scene) {
   Scene selected;
@@ -67,7 +73,7 @@ InputWishes DesktopLink::handle(const DesktopInput& input, ModelFeed& feed, View
   desktop_.set_connection({model->connected && model->takes_hands, model->own_client_id});
   for (const Acknowledgement& answer : feed.take_acknowledgements()) {
     if (!answer.refusal.empty()) {
-      desktop_.on_refusal(fmt::format("{}: {}", answer.what, answer.refusal), input.now);
+      desktop_.on_refusal(fmt::format("{}: {}", in_words(answer.what), answer.refusal), input.now);
     } else if (!answer.notes.empty()) {
       desktop_.on_note(fmt::format("{}: {}", answer.what, answer.notes.front()), input.now);
     }

@@ -175,6 +175,30 @@ void add_gestures(const FrameSources& sources, TrackedHand tracked, Frame& frame
   }
 }
 
+/// Comments that are open, numbered as in the panels.
+void add_pins(const FrameRequest& request, const FrameSources& sources, Frame& frame) {
+  const Scene& scene = *sources.model->scene;
+  if (scene.comments == nullptr) return;
+  int number = 0;
+  for (const PinnedComment* comment : open_threads(*scene.comments)) {
+    ++number;
+    if (!comment->placed) continue;
+    const glm::vec3 place = sources.pins == nullptr ? glm::vec3(comment->x, comment->y, comment->z)
+                                                    : sources.pins->place_of(*comment);
+    frame.pins.push_back({place, number, linear_rgb(user_colour(comment->client_id, request.colours))});
+  }
+}
+
+/// Others' leases: one's own needs no telling.
+void add_holders(const FrameRequest& request, const ModelState& model, Frame& frame) {
+  if (!model.connected) return;
+  for (const auto& [id, entity] : model.scene->entities) {
+    if (entity->leased_by == 0 || entity->leased_by == model.own_client_id) continue;
+    frame.holders.push_back({id, entity->leased_by_name.empty() ? "somebody" : entity->leased_by_name,
+                             linear_rgb(user_colour(entity->leased_by, request.colours))});
+  }
+}
+
 /// What is held counts before what is aimed at.
 void add_icons(const std::vector<SceneIcon>& icons, HudStatus& status) {
   status.icons += icons.size();
@@ -281,14 +305,9 @@ Frame compose_frame(const FrameRequest& request, const FrameSources& sources,
   // A plane for the hand that draws; in a picture without one it would only stand in the way.
   if (tracking.hand && !tracking.end_of_recording) add_symmetry(*sources.model, frame);
   add_gestures(sources, tracked_hand(tracking), frame);
-  if (request.surroundings == Surroundings::workplace && sources.model->scene->comments != nullptr) {
-    int number = 0;
-    for (const PinnedComment* comment : open_threads(*sources.model->scene->comments)) {
-      ++number;
-      if (!comment->placed) continue;
-      frame.pins.push_back({glm::vec3(comment->x, comment->y, comment->z), number,
-                            linear_rgb(user_colour(comment->client_id, request.colours))});
-    }
+  if (request.surroundings == Surroundings::workplace) {
+    add_pins(request, sources, frame);
+    add_holders(request, *sources.model, frame);
   }
   frame.hand_occlusion = request.hand_occlusion;
   if (sources.ghosts != nullptr) {

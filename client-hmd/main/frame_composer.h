@@ -6,6 +6,7 @@
 #include "client-hmd/hud/hud.h"
 #include "client-hmd/main/ghost_tracker.h"
 #include "client-hmd/main/options.h"
+#include "client-hmd/main/pin_places.h"
 #include "client-hmd/mirror/model_feed.h"
 #include "client-hmd/render/colours.h"
 #include "client-hmd/render/frame.h"
@@ -21,6 +22,7 @@ struct FrameSources {
   const TrackingFeed* tracking = nullptr;
   FilmFeed* film = nullptr;
   const GhostTracker* ghosts = nullptr;  ///< Null: nobody else is shown.
+  const PinPlaces* pins = nullptr;       ///< Null: comments are shown where the server has them.
 };
 
 struct FrameRequest {

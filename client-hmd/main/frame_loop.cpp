@@ -85,6 +85,8 @@ Status FrameLoop::step() {
     return {};
   }
   parts_.feeds.follow_daemon();
+  // Somebody before a window reads why, and may get access in the meantime; nobody else would ever know.
+  if (const Status let_in = parts_.feeds.follow_access(); !let_in && offscreen()) return let_in;
   parts_.feeds.follow_users();
   const FrameSources sources = parts_.feeds.newest();
   fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(),

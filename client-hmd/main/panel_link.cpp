@@ -5,24 +5,9 @@
 #include <utility>
 
 #include "client-hmd/desktop/key_map.h"
+#include "client-hmd/main/panel_operations.h"
 
 namespace handloft::client {
-namespace {
-
-v1::Representation wire_representation(Representation representation) {
-  switch (representation) {
-    case Representation::points:
-      return v1::REPRESENTATION_POINTS;
-    case Representation::surface:
-      return v1::REPRESENTATION_SURFACE;
-    case Representation::both:
-      return v1::REPRESENTATION_BOTH;
-  }
-  return v1::REPRESENTATION_UNSPECIFIED;
-}
-
-}  // namespace
-
 ViewChoices view_choices(const ViewState& view) {
   ViewChoices choices;
   choices.shading = view.shading;
@@ -75,47 +60,16 @@ PanelledInput PanelLink::take(const std::vector<InputEvent>& events, ModelFeed& 
 
 void PanelLink::carry_out(const PanelRequest& request, ModelFeed& feed, ViewState& view, PanelledInput& input,
                           TimePoint now) {
-  v1::Operation operation;
   if (const auto* command = std::get_if<DesktopCommand>(&request)) {
     input.commands.push_back(*command);
-  } else if (const auto* rename = std::get_if<RenameShape>(&request)) {
-    operation.mutable_rename()->set_entity(rename->id);
-    operation.mutable_rename()->set_name(rename->name);
-    submit(feed, operation, now);
-  } else if (const auto* gone = std::get_if<DeleteShape>(&request)) {
-    operation.mutable_delete_()->set_entity(gone->id);
-    submit(feed, operation, now);
-  } else if (const auto* shown = std::get_if<ShowShape>(&request)) {
-    operation.mutable_set_representation()->set_entity(shown->id);
-    operation.mutable_set_representation()->set_representation(wire_representation(shown->representation));
-    submit(feed, operation, now);
-  } else if (const auto* alternative = std::get_if<SwitchAlternative>(&request)) {
-    operation.mutable_switch_alternative()->set_name(alternative->name);
-    submit(feed, operation, now);
-  } else if (const auto* comment = std::get_if<CommentOn>(&request)) {
-    operation.mutable_add_comment()->set_entity(comment->entity);
-    operation.mutable_add_comment()->set_text(comment->text);
-    // The table's middle, where there is no shape.
-    if (comment->entity.empty()) operation.mutable_add_comment()->mutable_place();
-    submit(feed, operation, now);
-  } else if (const auto* reply = std::get_if<ReplyTo>(&request)) {
-    operation.mutable_add_comment()->set_reply_to(reply->comment);
-    operation.mutable_add_comment()->set_text(reply->text);
-    submit(feed, operation, now);
-  } else if (const auto* resolve = std::get_if<ResolveComment>(&request)) {
-    operation.mutable_change_comment()->set_id(resolve->id);
-    operation.mutable_change_comment()->set_resolved(resolve->resolved);
-    submit(feed, operation, now);
-  } else if (const auto* version = std::get_if<KeepVersion>(&request)) {
-    operation.mutable_name_version()->set_name(version->name);
-    submit(feed, operation, now);
-  } else if (const auto* restored = std::get_if<RestoreNamed>(&request)) {
-    operation.mutable_restore_version()->set_name(restored->version);
-    submit(feed, operation, now);
+  } else if (const auto* versions = std::get_if<CompareVersions>(&request)) {
+    feed.ask_difference(versions->from, versions->to);
   } else if (const auto* change = std::get_if<ChangeView>(&request)) {
     change_view(change->choices, view, input);
   } else if (const auto* settings = std::get_if<ChangeSettings>(&request)) {
     keep(settings->settings, now);
+  } else if (const std::optional<v1::Operation> operation = operation_of(request)) {
+    submit(feed, *operation, now);
   }
 }
 
@@ -160,7 +114,8 @@ double PanelLink::frame_rate(TimePoint now) {
 void PanelLink::tell_news(const PanelledPicture& picture) {
   if (!warning_.empty()) panels_->tell(NoticeKind::warning, std::exchange(warning_, {}), picture.now);
   const DesktopState& desktop = picture.desktop;
-  if (desktop.refusal != refusal_) panels_->tell(NoticeKind::refused, desktop.refusal, picture.now);
+  // The same words twice are two refusals.
+  if (desktop.refusals != refusals_) panels_->tell(NoticeKind::refused, desktop.refusal, picture.now);
   if (desktop.note != note_) {
     if (desktop.note.starts_with("export")) {
       panels_->tell_export(desktop.note, picture.now);
@@ -168,7 +123,7 @@ void PanelLink::tell_news(const PanelledPicture& picture) {
       panels_->tell(NoticeKind::done, desktop.note, picture.now);
     }
   }
-  refusal_ = desktop.refusal;
+  refusals_ = desktop.refusals;
   note_ = desktop.note;
 }
 

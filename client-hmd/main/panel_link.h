@@ -78,7 +78,8 @@ class PanelLink {
   std::unique_ptr<Panels> panels_;
   std::vector<PanelRequest> requests_;
   bool pointer_taken_ = false;
-  std::string refusal_, note_;  ///< Told last.
+  std::uint64_t refusals_ = 0;  ///< Told so far.
+  std::string note_;            ///< Told last.
   std::optional<TimePoint> drawn_at_;
   double frame_seconds_ = 0.0;  ///< Smoothed.
 };

@@ -66,6 +66,7 @@ Result<std::shared_ptr<const Scene>> settled_scene(const ShootParts& parts,
                                                    const std::function<bool()>& interrupted) {
   const TimePoint begun = parts.clock.now();
   while (!interrupted()) {
+    if (const Status let_in = parts.feeds.follow_access(); !let_in) return let_in.error();
     const std::shared_ptr<const ModelState> model = parts.feeds.newest().model;
     const TimePoint now = parts.clock.now();
     if (model->snapshots > 0 && model->coming == nullptr && now - model->received_at >= settled_after) {

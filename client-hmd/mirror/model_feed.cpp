@@ -7,10 +7,13 @@
 #include <utility>
 
 #include "client-hmd/mirror/control_net_asker.h"
+#include "client-hmd/mirror/difference_asker.h"
 #include "client-hmd/mirror/latest.h"
 #include "client-hmd/mirror/pending_requests.h"
 #include "client-hmd/mirror/resume.h"
+#include "common/base/plain_text.h"
 #include "common/base/version.h"
+#include "common/net/client_handshake.h"
 #include "common/net/message_client.h"
 #include "proto/session.pb.h"
 
@@ -38,13 +41,8 @@ constexpr std::uint32_t resume_since_minor = 2;
 constexpr std::size_t max_text_bytes = 256;
 constexpr std::size_t max_notes = 16;  ///< Of one answer.
 
-/// Of a stranger's text: nothing that moves a terminal's cursor.
 std::string shortened(const std::string& text) {
-  std::string words = text.substr(0, max_text_bytes);
-  for (char& c : words) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
-  }
-  return words;
+  return plain_text(text, max_text_bytes);
 }
 
 }  // namespace
@@ -79,11 +77,19 @@ struct ModelFeed::Implementation {
   ControlNetAsker nets;         ///< Under nets_mutex, as the next one.
   bool nets_are_shown = false;  ///< Then they are asked for.
 
+  std::mutex difference_mutex;
+  DifferenceAsker difference;  ///< Under difference_mutex; comes into `state` on the network's thread.
+  std::optional<VersionDifference> newest_difference() {
+    const std::lock_guard lock(difference_mutex);
+    return difference.newest();
+  }
+
   std::mutex client_mutex;  ///< Held while `client` is being made: its thread may call back at once.
   std::unique_ptr<net::MessageClient> client;
 
   void publish() {
     if (state.coming != nullptr) show(state.coming);
+    state.difference = newest_difference();
     latest.publish(std::make_shared<const ModelState>(state));
   }
 
@@ -116,7 +122,8 @@ struct ModelFeed::Implementation {
     }
     state.connected = true;
     state.own_client_id = welcome.client_id();
-    state.takes_hands = welcome.protocol_minor() >= hands_since_minor;
+    state.takes_hands = (options.role == v1::ROLE_EDITOR || options.role == v1::ROLE_OWNER) &&
+                        welcome.protocol_minor() >= hands_since_minor;
     state.problem.clear();
     state.refusal.clear();
     state.activities.clear();
@@ -132,6 +139,8 @@ struct ModelFeed::Implementation {
   /// What follows is a delta on what is held; else it is a snapshot.
   void on_joined(const v1::Joined& joined) {
     state.role = joined.role();
+    state.takes_hands = joined.role() == v1::ROLE_EDITOR || joined.role() == v1::ROLE_OWNER;
+    state.denied.reset();
     publish();
     if (joined.resumed() && joined.epoch() == mirror.scene()->epoch) await_snapshot = false;
   }
@@ -141,6 +150,10 @@ struct ModelFeed::Implementation {
     {
       const std::lock_guard lock(nets_mutex);
       nets.forget();
+    }
+    {
+      const std::lock_guard lock(difference_mutex);
+      difference.abandon("the connection broke before the answer");
     }
     state.connected = false;
     state.problem = shortened(error.message);
@@ -154,8 +167,15 @@ struct ModelFeed::Implementation {
     log.info("the model server is gone: {}", error.describe());
   }
 
+  /// Nothing that passes with time; the connection is tried again all the same, for access may be given.
+  void note_denial(const Error& error) {
+    if (error.code != ErrorCode::permission_denied && error.code != ErrorCode::unsupported) return;
+    state.denied = make_error(error.code, shortened(error.message), shortened(error.field));
+  }
+
   void on_attempt_failed(const Error& error) {
     state.problem = shortened(error.message);
+    note_denial(error);
     publish();
   }
 
@@ -205,6 +225,7 @@ struct ModelFeed::Implementation {
       return;
     }
     ++state.snapshots;
+    state.denied.reset();
     state.refusal.clear();
     rejoin_after = rejoin_interval;
     if (connected_at) tell_of_return(received);
@@ -272,10 +293,12 @@ struct ModelFeed::Implementation {
   // ---- any thread ----
 
   Status send(const v1::Envelope& envelope) {
-    if (options.role != v1::ROLE_EDITOR) {
+    if (options.role == v1::ROLE_VIEWER) {
       return make_error(ErrorCode::permission_denied, "this client only looks");
     }
-    if (!latest.get()->takes_hands) {
+    const std::shared_ptr<const ModelState> now = latest.get();
+    const bool hand = envelope.has_tracking() || envelope.has_hand_command();
+    if (!now->connected || (!now->takes_hands && (hand || now->role == v1::ROLE_UNSPECIFIED))) {
       return make_error(ErrorCode::failed_precondition, "the model server is not there, or knows no hands");
     }
     const std::lock_guard lock(client_mutex);
@@ -305,7 +328,13 @@ struct ModelFeed::Implementation {
     }
   }
 
+  bool take_difference(const v1::Answer& answer) {
+    const std::lock_guard lock(difference_mutex);
+    return difference.take(answer);
+  }
+
   void on_answer(const v1::Answer& answer) {
+    if (take_difference(answer)) return publish();
     {
       const std::lock_guard lock(nets_mutex);
       if (!nets.take(answer)) return;
@@ -345,6 +374,7 @@ struct ModelFeed::Implementation {
         break;
       case v1::Envelope::kFailure:
         state.problem = shortened(envelope.failure().message());
+        if (await_snapshot || envelope.failure().closing()) note_denial(net::error_of(envelope.failure()));
         if (complaints.allow(received)) {
           log.warning("the server says {}: {}", shortened(envelope.failure().code()), state.problem);
         }
@@ -422,6 +452,15 @@ void ModelFeed::want_control_nets(ControlNetWish wish) {
     implementation_->nets_are_shown = shown;
   }
   implementation_->ask_for_nets(*state()->scene);
+}
+
+void ModelFeed::ask_difference(const std::string& from, const std::string& to) {
+  const std::lock_guard lock(implementation_->difference_mutex);
+  const v1::Envelope question = implementation_->difference.question(from, to);
+  const std::lock_guard sending(implementation_->client_mutex);
+  const auto& client = implementation_->client;
+  if (client == nullptr || !client->send(question).ok())
+    implementation_->difference.abandon("the model server is not there");
 }
 
 Status ModelFeed::send_hand(const v1::TrackingFrame& frame) {

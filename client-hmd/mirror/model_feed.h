@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,7 +39,10 @@ struct ActivityKey {
 struct ModelState {
   std::shared_ptr<const Scene> scene = std::make_shared<const Scene>();
   bool connected = false;
-  std::string problem;          ///< Why it is not, in words.
+  std::string problem;  ///< Why it is not, in words.
+  /// Why the server lets us not in, by its own word: revoked, no role here, another version. Null: it did, or
+  /// could not be asked.
+  std::optional<Error> denied;
   std::string refusal;          ///< What of the newest messages was refused, and why; empty: nothing.
   std::uint64_t snapshots = 0;  ///< Applied; 0: nothing was received yet.
   TimePoint received_at;        ///< When the newest message of the scene came.
@@ -50,8 +54,9 @@ struct ModelState {
   ControlNets control_nets;         ///< Of surfaces, the newest known; empty before they were wanted.
   std::uint64_t own_client_id = 0;  ///< As the server's Welcome named us; 0: not yet.
   std::shared_ptr<const std::vector<PersonHere>> people;  ///< Everybody on the model; null: not told.
+  std::optional<VersionDifference> difference;            ///< As asked for last; null: never.
   v1::Role role = v1::ROLE_UNSPECIFIED;  ///< What the server lets us do; unspecified: not told.
-  bool takes_hands = false;              ///< This server does something with an editor's hand.
+  bool takes_hands = false;  ///< This server does something with an editor's hand, and we are one.
   /// The scene of a server that is just back, while it lacks some of what is shown; null: none.
   std::shared_ptr<const Scene> coming;
   TimePoint coming_until;  ///< From then on it is `scene`.
@@ -75,7 +80,7 @@ enum class ControlNetWish { hidden, shown };
 
 /// Who joins.
 struct FeedOptions {
-  v1::Role role = v1::ROLE_VIEWER;  ///< ROLE_EDITOR: may send, too.
+  v1::Role role = v1::ROLE_VIEWER;  ///< ROLE_COMMENTER and above: may send, too.
   std::string name;                 ///< Shown to others.
   /// With the same one we are the same client when we come again (client_key.h). Empty: a new one.
   std::string client_key;
@@ -101,7 +106,10 @@ class ModelFeed {
   /// Any thread; never waits; the same again costs nothing.
   void want_control_nets(ControlNetWish wish);
 
-  // Editors only. Any thread; never waits, and nothing is kept for a server that is not there: what a hand
+  /// Any thread; never waits. The answer comes as ModelState::difference. `to` empty: the present.
+  void ask_difference(const std::string& from, const std::string& to);
+
+  // Not for viewers. Any thread; never waits, and nothing is kept for a server that is not there: what a hand
   // did a while ago is not done when it comes back. Errors: failed_precondition when it is not connected, or
   // knows no hands (protocol 1.0); resource_exhausted when the server reads too slowly; permission_denied for
   // viewers.

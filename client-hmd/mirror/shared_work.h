@@ -57,6 +57,16 @@ struct NamedVersion {
   bool operator==(const NamedVersion&) const = default;
 };
 
+/// What was done from one version to another, in the server's words (U6).
+struct VersionDifference {
+  std::string from;
+  std::string to;       ///< Empty: the present.
+  bool asking = false;  ///< No answer yet.
+  std::vector<std::string> sentences;
+  std::string refusal;  ///< Why there is no answer; empty: there is.
+  bool operator==(const VersionDifference&) const = default;
+};
+
 /// Who is connected, from the server (U1).
 struct PersonHere {
   std::uint64_t client_id = 0;

@@ -1,18 +1,15 @@
 #pragma once
-// Curvatures off the frame loop: one thread computes them for the newest mesh of each entity; the loop goes
-// on with the last ones meanwhile. While a surface is dragged its colours follow as fast as the thread can,
-// meshes in between are left out (newest wins).
+// Curvatures off the frame loop (newest_worker.h): while a surface is dragged its colours follow as fast as
+// the thread can.
 
-#include <condition_variable>
-#include <map>
+#include <array>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "client-hmd/mirror/scene.h"
 #include "client-hmd/render/curvature.h"
+#include "client-hmd/render/newest_worker.h"
 
 namespace handloft::client {
 
@@ -23,41 +20,15 @@ struct MeshCurvatures {
   double seconds = 0.0;                     ///< What it took.
 };
 
-class CurvatureWorker {
+using MeshPtr = std::shared_ptr<const SurfaceMesh>;
+
+class CurvatureWorker : public NewestWorker<MeshPtr, MeshCurvatures> {
  public:
   explicit CurvatureWorker(CurvatureOptions options = {});
-  ~CurvatureWorker();  ///< Waits for the mesh that is being worked on.
-  CurvatureWorker(const CurvatureWorker&) = delete;
-  CurvatureWorker& operator=(const CurvatureWorker&) = delete;
-
-  /// Never waits. The same mesh again costs nothing. Null: forget the entity.
-  void want(const std::string& id, std::shared_ptr<const SurfaceMesh> mesh);
-  /// Forgets all entities for which `keep` is false.
-  template <typename Keep>
-  void keep_only(const Keep& keep) {
-    const std::lock_guard lock(mutex_);
-    std::erase_if(jobs_, [&keep](const auto& item) { return !keep(item.first); });
+  /// Null: forget the entity.
+  void want(const std::string& id, const MeshPtr& mesh) {
+    mesh == nullptr ? forget(id) : NewestWorker::want(id, mesh);
   }
-  /// The newest that is ready; null: none yet. Its mesh may be an older one than was wanted last.
-  std::shared_ptr<const MeshCurvatures> newest(const std::string& id) const;
-  /// Until everything that was wanted is ready: for stills.
-  void wait();
-
- private:
-  struct Job {
-    std::shared_ptr<const SurfaceMesh> wanted;
-    std::shared_ptr<const MeshCurvatures> ready;
-    bool due() const { return wanted != nullptr && (ready == nullptr || ready->mesh != wanted); }
-  };
-  void run();
-
-  const CurvatureOptions options_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;  ///< Something is wanted, or ready, or it ends.
-  std::map<std::string, Job> jobs_;
-  std::string last_;  ///< Worked on last: entities take turns.
-  bool ending_ = false;
-  std::thread thread_;
 };
 
 }  // namespace handloft::client

@@ -107,6 +107,13 @@ struct GhostHint {
   std::shared_ptr<const SceneCurve> curve;  ///< Being drawn; null: none.
 };
 
+/// Whose a shape is for some seconds (U1): framed in that user's colour, with the name over it.
+struct HolderMark {
+  std::string entity;  ///< Id
+  std::string name;
+  glm::vec3 colour{0.5F};  ///< Linear RGB.
+};
+
 /// A comment's place, with its number as in the panels (U6).
 struct PinMark {
   glm::vec3 place{0.0F};
@@ -154,6 +161,7 @@ struct Frame {
   Surroundings surroundings = Surroundings::workplace;
   std::optional<glm::vec3> plain_backdrop;  ///< Linear RGB instead of backdrop, film and table: for mattes.
   std::vector<GhostHint> ghosts;
+  std::vector<HolderMark> holders;
   std::vector<PinMark> pins;
   std::optional<FilmedHand> filmed_hand;  ///< With film: where our own hand is in it.
   HandOcclusion hand_occlusion = HandOcclusion::on;

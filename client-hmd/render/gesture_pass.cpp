@@ -11,6 +11,9 @@ namespace handloft::client {
 namespace {
 
 /// Opacity, as a share, of what is behind something.
+constexpr float name_over_box_m = 0.02F;  ///< Of who holds a shape.
+constexpr float label_px = 15.0F, reference_height_px = 720.0F, smallest_label_m = 0.008F;  ///< As of ghosts.
+constexpr float nearest_label_m = 0.02F;
 constexpr float hidden_share = 0.30F;
 /// Our own hand's disk; others' are in their colours.
 const glm::vec3 disk_face{0.93F, 0.32F, 0.06F}, disk_ink{0.50F, 0.05F, 0.005F};
@@ -221,10 +224,21 @@ void GesturePass::add_frames(const Frame& frame, Ribbons& out) {
     if (const std::optional<Box>& box = box_of(entity)) add_brackets(*box, bracket_gap_m, bracket_style, out);
   }
   if (frame.scene == nullptr) return;
+  for (const HolderMark& holder : frame.holders) {
+    const auto held = frame.scene->entities.find(holder.entity);
+    if (held == frame.scene->entities.end()) continue;
+    if (const std::optional<Box>& box = box_of(held->second)) {
+      add_box(*box, {holder.colour, frame_width, 0.0F, 0.0F}, out);
+    }
+  }
+  const auto is_held = [&frame](const std::string& entity) {
+    return std::any_of(frame.holders.begin(), frame.holders.end(),
+                       [&entity](const HolderMark& holder) { return holder.entity == entity; });
+  };
   for (const GhostHint& ghost : frame.ghosts) {
     if (ghost.opacity < smallest_ghost_opacity) continue;
     const auto works_on = frame.scene->entities.find(ghost.entity);
-    if (works_on != frame.scene->entities.end()) {
+    if (!is_held(ghost.entity) && works_on != frame.scene->entities.end()) {
       if (const std::optional<Box>& box = box_of(works_on->second)) {
         add_box(*box, {ghost.colour, frame_width, frame_dash_m, 0.0F}, out);
       }
@@ -236,6 +250,32 @@ void GesturePass::add_frames(const Frame& frame, Ribbons& out) {
       }
     }
   }
+}
+
+std::vector<SpaceLabel> GesturePass::holder_labels(const Frame& frame, const EyeUniforms& eye) {
+  std::vector<SpaceLabel> labels;
+  std::vector<float> depths;
+  if (frame.scene == nullptr) return labels;
+  for (const HolderMark& holder : frame.holders) {
+    const auto held = frame.scene->entities.find(holder.entity);
+    if (held == frame.scene->entities.end() || holder.name.empty()) continue;
+    const std::optional<Box>& box = box_of(held->second);
+    if (!box) continue;
+    SpaceLabel label;
+    label.position = {0.5F * (box->low.x + box->high.x), 0.5F * (box->low.y + box->high.y),
+                      box->high.z + name_over_box_m};
+    const float depth = -(eye.eye_from_world * glm::vec4(label.position, 1.0F)).z;
+    if (!(depth > nearest_label_m)) continue;
+    label.text = holder.name;
+    label.height_m =
+        std::max(label_px * eye.viewport_px.y / reference_height_px * depth / eye.focal_px, smallest_label_m);
+    label.centred = true;
+    label.edge = holder.colour;
+    const auto behind = std::find_if(depths.begin(), depths.end(), [depth](float d) { return d < depth; });
+    labels.insert(labels.begin() + (behind - depths.begin()), std::move(label));
+    depths.insert(behind, depth);
+  }
+  return labels;
 }
 
 void GesturePass::draw_disks(std::span<const DiskHint> disks, const EyeUniforms& eye, float opacity) const {

@@ -1,7 +1,8 @@
 #pragma once
 // What hangs in the air while a hand works: the modification disk with its normal and, around it, the range
 // of its influence (A13, A16); the stroke being drawn (A18, A24); brackets about the shape that a gesture
-// would act on (A25), and, in their colours, about what others work on. Drawn over the finished picture: what
+// would act on (A25), and, in their colours, about what others work on (dashed) and hold
+// (whole). Drawn over the finished picture: what
 // stands behind something shines through faintly, since a hand works inside its shapes.
 
 #include <map>
@@ -10,6 +11,7 @@
 #include <string>
 
 #include "client-hmd/render/frame.h"
+#include "client-hmd/render/icon_pass.h"
 #include "client-hmd/render/ribbon_pass.h"
 
 namespace handloft::client {
@@ -28,6 +30,8 @@ class GesturePass {
   void update(const Scene& scene);
   /// Into the bound picture, whose depth is that of everything drawn before.
   void draw(const Frame& frame, const EyeUniforms& eye);
+  /// Over each shape that somebody holds, that user's name; nearest to the eye last.
+  std::vector<SpaceLabel> holder_labels(const Frame& frame, const EyeUniforms& eye);
 
  private:
   void draw_disks(std::span<const DiskHint> disks, const EyeUniforms& eye, float opacity) const;

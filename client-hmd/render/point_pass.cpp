@@ -182,21 +182,22 @@ void PointPass::update_large(const std::string& id, Resident& resident) {
   if (sorter_ == nullptr) sorter_ = std::make_unique<PointSorter>();
   const PointSet& set = *resident.points;
   const std::size_t settled = std::min<std::size_t>(resident.settled, set.points.size());
-  const bool holds = resident.sorted != nullptr && resident.sorted->count <= settled &&
-                     same_beginning(*resident.sorted->set, set, resident.sorted->count);
+  const bool holds = resident.sorted != nullptr && resident.sorted->of.count <= settled &&
+                     same_beginning(*resident.sorted->of.set, set, resident.sorted->of.count);
   // Cells are made anew when a quarter came since.
-  const std::size_t loose = holds ? settled - resident.sorted->count : settled;
+  const std::size_t loose = holds ? settled - resident.sorted->of.count : settled;
   if (!holds || loose > std::max(fewest_points_in_cells, settled / 4)) {
-    sorter_->want(id, resident.points, settled);
+    sorter_->want(id, {resident.points, settled});
   }
   upload_loose(resident);
 }
 
 void PointPass::upload_loose(Resident& resident) {
   const PointSet& set = *resident.points;
-  resident.first_loose = resident.sorted == nullptr ? 0 : std::min(resident.sorted->count, set.points.size());
+  resident.first_loose =
+      resident.sorted == nullptr ? 0 : std::min(resident.sorted->of.count, set.points.size());
   std::size_t count = set.points.size() - resident.first_loose;
-  if (resident.sorted == nullptr || count > resident.sorted->count) {
+  if (resident.sorted == nullptr || count > resident.sorted->of.count) {
     count = std::min(count, fewest_points_in_cells);  // No more than a frame may cost, until there are cells.
   }
   resident.count = static_cast<GLsizei>(count);

@@ -290,6 +290,7 @@ struct Renderer::Implementation {
     icons.draw_halos(*scene, eye);
     flat.draw_labels(icon_labels(*scene, eye), eye);
     flat.draw_labels(ghost_labels(frame.ghosts, eye), eye);
+    flat.draw_labels(gestures.holder_labels(frame, eye), eye);
     flat.draw_labels(pin_labels(frame.pins, eye), eye);
     marks.draw_cursor(frame, eye);
 

@@ -69,6 +69,8 @@ Logger::Logger(std::string component, LogLevel level, spdlog::sink_ptr sink, Log
     : logger_(std::make_shared<spdlog::logger>(std::move(component), std::move(sink))) {
   logger_->set_formatter(make_log_formatter(format));
   logger_->flush_on(spdlog::level::trace);
+  // The sink has the level, since it is the same one for every component and every copy.
+  logger_->set_level(spdlog::level::trace);
   set_level(level);
 }
 
@@ -86,7 +88,7 @@ Logger Logger::with(std::string_view key, std::string_view value) const {
 }
 
 void Logger::set_level(LogLevel level) {
-  logger_->set_level(to_spdlog(level));
+  for (const spdlog::sink_ptr& sink : logger_->sinks()) sink->set_level(to_spdlog(level));
 }
 
 std::optional<std::uint64_t> RateLimit::allow(TimePoint now) {

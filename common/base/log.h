@@ -36,7 +36,7 @@ class Logger {
   /// A logger that writes to `sink` instead: for tests.
   Logger(std::string component, LogLevel level, spdlog::sink_ptr sink, LogFormat format = LogFormat::text);
 
-  /// A logger of another component with the same sink and fields, and the level as it now is.
+  /// A logger of another component with the same sink, fields and level, also when that changes.
   Logger component(std::string name) const;
   /// A logger whose lines also say this, as "model" or "client" of what they are about. Separators in the
   /// texts are left out.

@@ -10,6 +10,8 @@
 
 #include <fmt/core.h>
 
+#include "common/codec/vertex_residuals.h"
+
 namespace handloft::codec {
 namespace {
 
@@ -17,11 +19,11 @@ static_assert(std::endian::native == std::endian::little,
               "the wire is little-endian, and so is the copy of it");
 
 /// meshoptimizer's vertex codec wants strides that are multiples of four: the fourth component is padding.
-using PackedPosition = std::array<std::uint16_t, 4>;
-using PackedNormal = std::array<std::int16_t, 2>;
+using PaddedPosition = std::array<std::uint16_t, 4>;
 
 constexpr double position_levels = 65535.0;
 constexpr float normal_levels = 2047.0F;
+constexpr std::uint8_t opaque = 255;
 
 Error too_many(std::string_view field, std::size_t found, std::size_t limit) {
   return make_error(ErrorCode::resource_exhausted, fmt::format("found {}, expected at most {}", found, limit),
@@ -47,6 +49,9 @@ Status check_vertices(const MeshData& mesh, const MeshLimits& limits) {
   if (mesh.opacity.size() != count) {
     return wrong(bad, "opacity",
                  fmt::format("found {}, expected one for each of {} positions", mesh.opacity.size(), count));
+  }
+  if (mesh.row > count) {
+    return wrong(bad, "row", fmt::format("found {}, expected at most all {} vertices", mesh.row, count));
   }
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -93,6 +98,30 @@ template <typename Packed>
 bool decode_vertices(const std::string& bytes, std::vector<Packed>& vertices) {
   return meshopt_decodeVertexBuffer(vertices.data(), vertices.size(), sizeof(Packed),
                                     reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()) == 0;
+}
+
+/// As the message has them, in either coding. Its count is known to be within the limits.
+Result<QuantisedVertices> read_vertices(const v1::Mesh& message) {
+  constexpr ErrorCode bad = ErrorCode::data_corrupt;
+  const std::size_t count = message.vertex_count();
+  if (!message.residuals().empty()) return unpack_residuals(message.residuals(), count, message.row());
+  // Opacity has a byte for each of them, so that a short message cannot ask for much memory here.
+  std::vector<PaddedPosition> padded(count);
+  if (!decode_vertices(message.positions(), padded)) {
+    return wrong(
+        bad, "positions",
+        fmt::format("{} bytes are not a vertex stream of {} vertices", message.positions().size(), count));
+  }
+  QuantisedVertices vertices;
+  vertices.normals.resize(count);
+  if (!decode_vertices(message.normals(), vertices.normals)) {
+    return wrong(
+        bad, "normals",
+        fmt::format("{} bytes are not a vertex stream of {} vertices", message.normals().size(), count));
+  }
+  vertices.positions.resize(count);
+  for (std::size_t i = 0; i < count; ++i) vertices.positions[i] = {padded[i][0], padded[i][1], padded[i][2]};
+  return vertices;
 }
 
 }  // namespace
@@ -160,21 +189,21 @@ void write_vertices(const MeshData& mesh, v1::Mesh& message) {
   // A step may be so small that its reciprocal overflows; then divide.
   const double reciprocal = step > 0.0 ? 1.0 / step : 0.0;
   const bool multiplies = std::isfinite(reciprocal);
-  std::vector<PackedPosition> positions(mesh.positions.size());
-  std::vector<PackedNormal> normals(mesh.positions.size());
+  QuantisedVertices vertices;
+  vertices.positions.resize(mesh.positions.size());
+  vertices.normals.resize(mesh.positions.size());
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    positions[i] = {};
     for (std::size_t axis = 0; axis < 3 && step > 0.0; ++axis) {
       const double offset = static_cast<double>(mesh.positions[i][axis]) - static_cast<double>(low[axis]);
       const double levels = multiplies ? offset * reciprocal : offset / step;
-      positions[i][axis] = nearest<std::uint16_t>(std::min(levels, position_levels));
+      vertices.positions[i][axis] = nearest<std::uint16_t>(std::min(levels, position_levels));
     }
-    const auto [x, y] = encode_octahedral(mesh.normals[i]);
-    normals[i] = {x, y};
+    vertices.normals[i] = encode_octahedral(mesh.normals[i]);
   }
-  message.set_positions(encode_vertices(positions));
-  message.set_normals(encode_vertices(normals));
-  message.set_opacity(std::string(mesh.opacity.begin(), mesh.opacity.end()));
+  message.set_row(mesh.row);
+  message.set_residuals(pack_residuals(vertices, mesh.row));
+  if (std::any_of(mesh.opacity.begin(), mesh.opacity.end(), [](auto one) { return one != opaque; }))
+    message.set_opacity(std::string(mesh.opacity.begin(), mesh.opacity.end()));
 }
 
 }  // namespace
@@ -209,6 +238,24 @@ Result<v1::Mesh> encode_mesh(const MeshData& mesh, const v1::Mesh& same_triangle
   return message;
 }
 
+Result<v1::Mesh> as_vertex_streams(const v1::Mesh& message) {
+  v1::Mesh plain = message;
+  plain.clear_residuals();
+  plain.clear_row();
+  if (message.residuals().empty() || message.vertex_count() == 0) return plain;
+  const Result<QuantisedVertices> vertices = read_vertices(message);
+  if (!vertices) return vertices.error();
+  std::vector<PaddedPosition> padded(vertices->positions.size());
+  for (std::size_t i = 0; i < padded.size(); ++i) {
+    const auto& position = vertices->positions[i];
+    padded[i] = {position[0], position[1], position[2], 0};
+  }
+  plain.set_positions(encode_vertices(padded));
+  plain.set_normals(encode_vertices(vertices->normals));
+  if (plain.opacity().empty()) plain.set_opacity(std::string(padded.size(), static_cast<char>(opaque)));
+  return plain;
+}
+
 Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits, const KnownTriangles& known) {
   constexpr ErrorCode bad = ErrorCode::data_corrupt;
   const std::size_t count = message.vertex_count();
@@ -218,9 +265,8 @@ Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits, 
   if (index_count % 3 != 0) {
     return wrong(bad, "index_count", fmt::format("found {}, expected three a triangle", index_count));
   }
-  // These two bind the counts to bytes that were really sent, so that a short message cannot ask for much
-  // memory.
-  if (message.opacity().size() != count) {
+  const bool predicted = !message.residuals().empty();
+  if (!(predicted && message.opacity().empty()) && message.opacity().size() != count) {
     return wrong(
         bad, "opacity",
         fmt::format("found {} bytes, expected one for each of {} vertices", message.opacity().size(), count));
@@ -257,18 +303,8 @@ Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits, 
     }
   }
 
-  std::vector<PackedPosition> positions(count);
-  if (!decode_vertices(message.positions(), positions)) {
-    return wrong(
-        bad, "positions",
-        fmt::format("{} bytes are not a vertex stream of {} vertices", message.positions().size(), count));
-  }
-  std::vector<PackedNormal> normals(count);
-  if (!decode_vertices(message.normals(), normals)) {
-    return wrong(
-        bad, "normals",
-        fmt::format("{} bytes are not a vertex stream of {} vertices", message.normals().size(), count));
-  }
+  const Result<QuantisedVertices> vertices = read_vertices(message);
+  if (!vertices) return vertices.error();
   if (left_out) {
     mesh.indices.assign(known.indices.begin(), known.indices.end());
   } else {
@@ -292,11 +328,16 @@ Result<MeshData> decode_mesh(const v1::Mesh& message, const MeshLimits& limits, 
   mesh.normals.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      mesh.positions[i][axis] = static_cast<float>(origin[axis] + step * positions[i][axis]);
+      mesh.positions[i][axis] = static_cast<float>(origin[axis] + step * vertices->positions[i][axis]);
     }
-    mesh.normals[i] = decode_octahedral(normals[i][0], normals[i][1]);
+    mesh.normals[i] = decode_octahedral(vertices->normals[i][0], vertices->normals[i][1]);
   }
-  mesh.opacity.assign(message.opacity().begin(), message.opacity().end());
+  if (message.opacity().empty()) {
+    mesh.opacity.assign(count, opaque);
+  } else {
+    mesh.opacity.assign(message.opacity().begin(), message.opacity().end());
+  }
+  mesh.row = predicted ? message.row() : 0;
   return mesh;
 }
 

@@ -1,8 +1,9 @@
 #pragma once
 // Triangle meshes on the wire: positions in 16 bits within their bounding box, octahedral normals in 2 x 12
-// bits (stripes on a surface show the steps of fewer), opacity in 8 bits (A23), vertex and index streams
-// entropy-coded with meshoptimizer. The decoder treats its input as hostile: every count is held against a
-// limit and against the bytes that are really there before anything is allocated.
+// bits (stripes on a surface show the steps of fewer), opacity in 8 bits (A23). Vertices are packed by
+// prediction (vertex_residuals.h), triangles with meshoptimizer's index codec. The decoder treats its input
+// as hostile: every count is held against a limit and against the bytes that are really there before anything
+// is allocated.
 //
 // Octahedral normals: Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors",
 // JCGT 2014.
@@ -25,6 +26,7 @@ struct MeshData {
   std::vector<std::array<float, 3>> normals;    ///< world, unit
   std::vector<std::uint8_t> opacity;            ///< 255: opaque
   std::vector<std::uint32_t> indices;
+  std::uint32_t row = 0;  ///< Vertices a row, where they are the rows of a grid, else 0: they pack better.
 };
 
 struct MeshLimits {
@@ -37,13 +39,18 @@ struct MeshLimits {
 /// The mesh, quantised. Positions come back within half of `step_m` per axis (plus float rounding), normals
 /// within a tenth of a degree, opacity and triangles as they were (a triangle's corners may be rotated, its
 /// winding is kept). Errors: invalid_argument naming the field for NaN, unequal lengths, an index out of
-/// range or a count that is not a multiple of three; resource_exhausted above the limits.
+/// range, a count that is not a multiple of three or more vertices a row than there are; resource_exhausted
+/// above the limits.
 Result<v1::Mesh> encode_mesh(const MeshData& mesh, const MeshLimits& limits = {});
 
 /// The same for a mesh whose triangles are those of an earlier message: a surface that is dragged. The
 /// indices of `mesh` are not looked at. Errors: as above; invalid_argument for another number of vertices.
 Result<v1::Mesh> encode_mesh(const MeshData& mesh, const v1::Mesh& same_triangles,
                              const MeshLimits& limits = {});
+
+/// The same mesh, to the bit, as viewers read it that know no residuals (protocol 1.2 and before). Errors:
+/// data_corrupt for a message that encode_mesh() has not made.
+Result<v1::Mesh> as_vertex_streams(const v1::Mesh& message);
 
 /// Triangles that the receiver has, for messages that leave them out (Mesh.topology).
 struct KnownTriangles {

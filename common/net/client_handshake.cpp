@@ -10,6 +10,7 @@
 #include <cstring>
 #include <random>
 
+#include "common/base/plain_text.h"
 #include "common/net/message_server.h"
 
 namespace handloft::net {
@@ -24,19 +25,6 @@ int milliseconds_left(SteadyTime deadline) {
 
 Error lost(std::string_view why) {
   return make_error(ErrorCode::io, fmt::format("the connection is gone: {}", why), "connection");
-}
-
-}  // namespace
-
-namespace {
-
-/// Of a stranger's text: at most `most` bytes, and nothing that moves a terminal's cursor.
-std::string plain_words(const std::string& text, std::size_t most) {
-  std::string words = text.substr(0, most);
-  for (char& c : words) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
-  }
-  return words;
 }
 
 }  // namespace
@@ -67,8 +55,8 @@ Error error_of(const v1::Failure& failure) {
   const auto* code = std::find_if(codes.begin(), codes.end(),
                                   [&](ErrorCode known) { return to_string(known) == failure.code(); });
   return make_error(code == codes.end() ? ErrorCode::internal : *code,
-                    plain_words(failure.message(), longest_message),
-                    plain_words(failure.field(), longest_field));
+                    plain_text(failure.message(), longest_message),
+                    plain_text(failure.field(), longest_field));
 }
 
 bool worth_retrying(const Error& error) {

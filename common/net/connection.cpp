@@ -25,9 +25,14 @@ constexpr std::chrono::milliseconds close_grace{1000};
 constexpr int reads_per_turn = 16;
 /// A caller of send() writes at most so many frames itself; the rest is the I/O thread's.
 constexpr int frames_per_flush = 32;
+/// And at most so many bytes: a peer that reads as fast as we write would take all of a large scene in one
+/// turn, and those who share its I/O thread would wait for the end of that.
+constexpr std::size_t bytes_per_turn = 256 << 10;
 /// States (presence) that go before what is pulled (the scene), so that neither waits for ever for the other:
 /// one of every hand of 32 people.
 constexpr int most_states_in_a_row = 64;
+/// Small frames that wait go together in writes of at most so many bytes: one TLS record.
+constexpr std::size_t together_bytes = 16 << 10;
 constexpr std::size_t max_name_bytes = 256;
 
 Frame failure_frame(const Error& error) {
@@ -42,6 +47,11 @@ Frame failure_frame(const Error& error) {
 
 }  // namespace
 
+std::string shown_remote(const PeerInfo& peer) {
+  if (!peer.address.empty()) return peer.address;
+  return peer.uid ? fmt::format("unix, uid {}", *peer.uid) : "unix";
+}
+
 ServerConnection::ServerConnection(const asio::any_io_executor& executor, FileDescriptor socket,
                                    std::unique_ptr<ByteStream> stream, ConnectionOrigin origin,
                                    std::shared_ptr<const ServerShared> shared)
@@ -53,6 +63,7 @@ ServerConnection::ServerConnection(const asio::any_io_executor& executor, FileDe
       hello_timer_(strand_),
       close_timer_(strand_),
       pause_(strand_),
+      states_timer_(strand_),
       turn_(strand_),
       fd_(socket.release()),
       stream_(std::move(stream)),
@@ -68,7 +79,7 @@ void ServerConnection::start() {
         try {
           co_await self->run();
         } catch (const std::exception& error) {  // out of memory, or a callback that breaks its promise
-          self->shared_->log.error("connection {}: {}", self->id(), error.what());
+          self->log().error("connection {}: {}", self->id(), error.what());
           const Lock lock(self->mutex_);
           self->hang_up(fmt::format("internal: {}", error.what()));
         }
@@ -80,6 +91,25 @@ void ServerConnection::start() {
 void ServerConnection::refuse(const Error& error) {
   fail(error);
   start();
+}
+
+void ServerConnection::drop(const std::string& reason) {
+  const Lock lock(mutex_);
+  if (phase_ != Phase::handshake) return;
+  tell_refused(RefusedAt::connection, make_error(ErrorCode::resource_exhausted, reason, "connection"));
+  hang_up(reason);
+}
+
+Logger ServerConnection::log() const {
+  PeerInfo from;
+  from.uid = origin_.uid;
+  from.address = origin_.address;
+  const Logger log = shared_->log.with("client", std::to_string(id()));
+  return (user_.empty() ? log : log.with("user", user_)).with("remote", shown_remote(from));
+}
+
+void ServerConnection::tell_refused(RefusedAt where, const Error& error) const {
+  if (shared_->events.on_refused) shared_->events.on_refused(where, error);
 }
 
 // ---- receiving ----
@@ -94,6 +124,8 @@ asio::awaitable<std::size_t> ServerConnection::read_some() {
       co_return outcome.bytes;
     }
     if (outcome.state == State::ended || outcome.state == State::failed) {
+      if (outcome.state == State::failed && !said_hello_ && origin_.channel == ConnectionOrigin::Channel::tls)
+        tell_refused(RefusedAt::tls, make_error(ErrorCode::io, outcome.problem, "tls"));
       Lock lock(mutex_);
       hang_up(outcome.state == State::failed ? fmt::format("the peer is gone: {}", outcome.problem)
               : decoder_.mid_frame()         ? "the peer went away in the middle of a frame"
@@ -250,6 +282,8 @@ Status ServerConnection::shake_hands() {
     const Result<Admission> admission = shared_->events.admit(peer_);
     if (!admission) return admission.error();
     if (admission->client_id != 0) id_ = admission->client_id;
+    const Lock lock(mutex_);
+    user_ = admission->user;
   }
   // Whatever the callback says, over TLS nobody comes in without having proved who they are.
   if (origin_.channel == ConnectionOrigin::Channel::tls && !peer_.certificate)
@@ -354,6 +388,7 @@ void ServerConnection::finish() {
     outbox_.clear();
     in_flight_.reset();
     pull.swap(pull_);
+    states_timer_.cancel();
     reason = reason_;
     boost::system::error_code ignored;
     descriptor_.close(ignored);
@@ -361,7 +396,7 @@ void ServerConnection::finish() {
   room_.notify_all();
   hello_timer_.cancel();
   close_timer_.cancel();
-  shared_->log.debug("connection {} is over: {}", id(), reason);
+  log().debug("connection {} is over: {}", id(), reason);
   if (announced_ && shared_->events.on_closed) shared_->events.on_closed(shared_from_this(), reason);
   shared_->on_over(origin_.number);
 }
@@ -371,7 +406,7 @@ void ServerConnection::finish() {
 bool ServerConnection::send(const v1::Envelope& envelope) {
   Result<Frame> frame = encode_frame(envelope, shared_->options.max_frame_bytes);
   if (!frame) {
-    shared_->log.error("a message to connection {} was not sent: {}", id(), frame.error().describe());
+    log().error("a message to connection {} was not sent: {}", id(), frame.error().describe());
     return false;
   }
   return send(*frame);
@@ -394,12 +429,37 @@ bool ServerConnection::send_latest(const SlotKey& slot, const Frame& frame) {
   if (frame->size() > std::size_t{shared_->options.max_frame_bytes} + frame_header_bytes) return false;
   Lock lock(mutex_);
   if (!accepts()) return false;
-  if (write_at_once(frame)) return true;
+  const bool state = slot.lane == Lane::states;
+  if (!(state && states_wait()) && write_at_once(frame)) {
+    if (state) note_states_written();
+    return true;
+  }
   if (!outbox_.put_latest(slot, frame)) {
     ++statistics_.dropped;
     return false;
   }
-  flush(lock);
+  if (!(state && states_waiting_)) flush(lock);
+  return true;
+}
+
+void ServerConnection::note_states_written() {
+  if (shared_->options.states_apart.count() > 0) states_at_ = std::chrono::steady_clock::now();
+}
+
+// Whatever else is sent meanwhile takes them along.
+bool ServerConnection::states_wait() {
+  const std::chrono::microseconds apart = shared_->options.states_apart;
+  if (apart.count() == 0 || flushing_ || write_blocked_) return false;
+  if (states_waiting_) return true;
+  const auto until = states_at_ + apart;
+  if (std::chrono::steady_clock::now() >= until) return false;
+  states_waiting_ = true;
+  states_timer_.expires_at(until);
+  states_timer_.async_wait([self = shared_from_this()](const boost::system::error_code&) {
+    Lock of_self(self->mutex_);
+    self->states_waiting_ = false;
+    self->flush(of_self);
+  });
   return true;
 }
 
@@ -408,7 +468,8 @@ void ServerConnection::set_pull(Pull pull) {
   if (phase_ == Phase::closed) return;
   pull_ = std::move(pull);
   pull_wanted_ = true;
-  flush(lock);
+  // The first ones are the largest: an I/O thread asks for them, not the caller.
+  if (!flushing_ && !write_blocked_) write_when(asio::posix::stream_descriptor::wait_write);
 }
 
 void ServerConnection::notify_pull() {
@@ -421,18 +482,25 @@ void ServerConnection::notify_pull() {
 bool ServerConnection::write_at_once(const Frame& frame) {
   if (flushing_ || write_blocked_ || in_flight_ || !outbox_.empty()) return false;
   in_flight_ = frame;
+  written_this_turn_ = 0;
+  in_flight_frames_ = 1;
   static_cast<void>(write_in_flight());
   return true;
 }
 
 bool ServerConnection::write_in_flight() {
   while (in_flight_done_ < in_flight_->size()) {
+    if (written_this_turn_ >= bytes_per_turn) {
+      write_when(asio::posix::stream_descriptor::wait_write);
+      return false;
+    }
     const StreamOutcome outcome =
         stream_->write({reinterpret_cast<const std::uint8_t*>(in_flight_->data()) + in_flight_done_,
-                        in_flight_->size() - in_flight_done_});
+                        std::min(in_flight_->size() - in_flight_done_, bytes_per_turn)});
     using State = StreamOutcome::State;
     if (outcome.state == State::moved) {
       in_flight_done_ += outcome.bytes;
+      written_this_turn_ += outcome.bytes;
       statistics_.bytes_sent += outcome.bytes;
       continue;
     }
@@ -447,25 +515,35 @@ bool ServerConnection::write_in_flight() {
   }
   in_flight_.reset();
   in_flight_done_ = 0;
-  ++statistics_.frames_sent;
+  statistics_.frames_sent += static_cast<std::uint64_t>(in_flight_frames_);
+  ++statistics_.writes;
   return true;
 }
 
 void ServerConnection::flush(Lock& lock) {
   if (flushing_ || write_blocked_) return;
   flushing_ = true;
+  written_this_turn_ = 0;
   int frames = 0;
   while (phase_ != Phase::closed) {
     if (!in_flight_) {
-      if (++frames > frames_per_flush) {
+      if (++frames > frames_per_flush || written_this_turn_ >= bytes_per_turn) {
         write_when(asio::posix::stream_descriptor::wait_write);
         break;
       }
       const bool pull_waits = pull_ && pull_wanted_ && phase_ == Phase::joined;
       std::optional<Frame> next;
+      in_flight_frames_ = 1;
       if (outbox_.has_answers() || !pull_waits || states_in_a_row_ < most_states_in_a_row) {
-        if (!outbox_.has_answers()) ++states_in_a_row_;
-        next = outbox_.take();
+        const bool states = !outbox_.has_answers();
+        if (auto together = outbox_.take_together(together_bytes)) {
+          next = std::move(together->bytes);
+          in_flight_frames_ = together->frames;
+          if (states) {
+            states_in_a_row_ += together->frames;
+            note_states_written();
+          }
+        }
       }
       if (!next && pull_waits) {
         states_in_a_row_ = 0;
@@ -539,8 +617,14 @@ bool ServerConnection::wait_until_queued_below(std::size_t frames, std::chrono::
 void ServerConnection::fail(const Error& error) {
   Lock lock(mutex_);
   if (phase_ == Phase::draining || phase_ == Phase::closed) return;
-  shared_->log.info("connection {} ({}) fails: {}", id(), peer_.name.empty() ? peer_.program : peer_.name,
-                    error.describe());
+  log().info("connection {} ({}) fails: {}", id(), peer_.name.empty() ? peer_.program : peer_.name,
+             error.describe());
+  if (phase_ == Phase::handshake) {
+    tell_refused(origin_.room == ConnectionOrigin::Room::none ? RefusedAt::connection
+                 : pairing_                                   ? RefusedAt::pairing
+                                                              : RefusedAt::hello,
+                 error);
+  }
   Frame last = failure_frame(error);
   if (!outbox_.push(last)) {  // the failure matters more than what is too much anyway
     outbox_.clear();

@@ -35,8 +35,12 @@ struct PeerInfo {
   std::string address = {};  ///< tcp, tls: the other end's address, "192.0.2.7"; else empty.
 };
 
+/// Where it comes from, for people: its address, or on a unix socket whose it is.
+std::string shown_remote(const PeerInfo& peer);
+
 struct ConnectionStatistics {
   std::uint64_t frames_sent = 0;
+  std::uint64_t writes = 0;  ///< In which they went: small ones that wait go together.
   std::uint64_t bytes_sent = 0;
   std::uint64_t frames_received = 0;
   std::uint64_t replaced = 0;   ///< Unsent states that a newer one replaced.

@@ -53,6 +53,28 @@ std::optional<Frame> Outbox::take() {
   return frame;
 }
 
+std::size_t Outbox::next_bytes() const {
+  if (!queue_.empty()) return queue_.front()->size();
+  return slot_order_.empty() ? 0 : slots_.at(slot_order_.begin()->second).frame->size();
+}
+
+std::optional<Outbox::Together> Outbox::take_together(std::size_t most_bytes) {
+  const bool answers = has_answers();
+  std::optional<Frame> first = take();
+  if (!first) return std::nullopt;
+  Together result{std::move(*first)};
+  std::string all;
+  while (!empty() && has_answers() == answers) {
+    const std::size_t before = all.empty() ? result.bytes->size() : all.size();
+    if (before + next_bytes() > most_bytes) break;
+    if (all.empty()) all = *result.bytes;
+    all += **take();
+    ++result.frames;
+  }
+  if (!all.empty()) result.bytes = std::make_shared<const std::string>(std::move(all));
+  return result;
+}
+
 void Outbox::clear() {
   queue_.clear();
   slots_.clear();

@@ -2,11 +2,11 @@
 // What waits to be written to one receiver, in bounded memory (architecture, idea 5; U4): four outboxes, each
 // with a bound of its own, so that none takes another's room.
 //
-//   answers    a reliable queue; beyond its bound the receiver is let go or begins anew (ServerEvents)
-//   states     slots where a newer message replaces an unsent older one: presence; beyond the bound one is
-//   dropped notices    the same, for what changes seldom and may be large: who is there the scene  asked for
-//   at the moment of writing ("pull"), so that it is composed from what this receiver has by
-//              then; nothing of it waits here
+// Answers are a reliable queue; beyond its bound the receiver is let go or begins anew (ServerEvents). States
+// are slots where a newer message replaces an unsent older one, as presence; beyond the bound one is dropped.
+// Notices are the same, for what changes seldom and may be large, as who is there. The scene is asked for at
+// the moment of writing ("pull"), so that it is composed from what this receiver has by then; nothing of it
+// waits here.
 //
 // Not thread-safe: the connection locks around it.
 
@@ -54,6 +54,13 @@ class Outbox {
 
   /// What to write next: the reliable queue first, then slots in the order in which they were first filled.
   std::optional<Frame> take();
+  struct Together {
+    Frame bytes;  ///< Of all, one after the other.
+    int frames = 1;
+  };
+  /// take(), and after it as many as follow it, answers or states, while all of them have at most
+  /// `most_bytes`: small ones go with one write.
+  std::optional<Together> take_together(std::size_t most_bytes);
   bool empty() const { return queue_.empty() && slots_.empty(); }
   /// take() gives one of the reliable queue.
   bool has_answers() const { return !queue_.empty(); }
@@ -73,6 +80,7 @@ class Outbox {
     std::size_t slots = 0;
     std::size_t bytes = 0;
   };
+  std::size_t next_bytes() const;
   Filled& filled(Lane lane) { return lane == Lane::states ? states_ : notices_; }
 
   OutboxLimits limits_;

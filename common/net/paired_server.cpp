@@ -199,8 +199,8 @@ Result<PairedServer> find_paired_server(const Endpoint& endpoint, const fs::path
     return make_error(
         ErrorCode::failed_precondition,
         fmt::format("this device is not paired with {}: ask who runs it for an invitation, then "
-                    "\"handloft-modeld pair CODE --connect {}\"",
-                    wanted, wanted),
+                    "\"handloft-hmd --pair CODE --model {}\" or \"handloft-modeld pair CODE --connect {}\"",
+                    wanted, wanted, wanted),
         "endpoint");
   }
   const fs::path key = folder / found->authority_fingerprint / key_file;

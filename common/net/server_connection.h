@@ -9,6 +9,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/strand.hpp>
 #include <condition_variable>
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -36,6 +37,7 @@ struct ConnectionOrigin {
   std::optional<std::uint32_t> uid = {};
   std::string address = {};
   enum class Channel { plain, tls } channel = Channel::plain;
+  enum class Room { enough, none } room = Room::enough;  ///< none: it is only told why it must go.
 };
 
 class ServerConnection final : public Connection, public std::enable_shared_from_this<ServerConnection> {
@@ -49,6 +51,8 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   void start();
   /// Refuses the peer with a Failure without a handshake.
   void refuse(const Error& error);
+  /// Lets it go at once and without a word, unless it has come in meanwhile.
+  void drop(const std::string& reason);
 
   std::uint64_t id() const override { return id_.load(std::memory_order_relaxed); }
   const PeerInfo& peer() const override { return peer_; }
@@ -70,6 +74,10 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   using Strand = boost::asio::strand<boost::asio::any_io_executor>;
   using Lock = std::unique_lock<std::mutex>;
 
+  /// Says in its lines who it is.
+  Logger log() const;
+  void tell_refused(RefusedAt where, const Error& error) const;
+
   // On the strand.
   boost::asio::awaitable<void> run();
   boost::asio::awaitable<std::size_t> read_some();
@@ -86,6 +94,8 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   // With mutex_ held (flush lets go of it while it asks the pull function).
   void flush(Lock& lock);
   bool write_at_once(const Frame& frame);
+  bool states_wait();
+  void note_states_written();
   bool write_in_flight();
   void overflow();
   void drain(std::string reason);
@@ -103,13 +113,15 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   boost::asio::posix::stream_descriptor descriptor_;
   boost::asio::steady_timer hello_timer_;
   boost::asio::steady_timer close_timer_;
-  boost::asio::steady_timer pause_;  ///< never expires; cancelled to wake the reading coroutine
-  boost::asio::steady_timer turn_;   ///< until the peer may be read again (max_messages_per_s)
+  boost::asio::steady_timer pause_;         ///< never expires; cancelled to wake the reading coroutine
+  boost::asio::steady_timer states_timer_;  ///< Guarded by mutex_.
+  boost::asio::steady_timer turn_;          ///< until the peer may be read again (max_messages_per_s)
   const int fd_;
   const std::unique_ptr<ByteStream> stream_;
   FrameDecoder decoder_;
   v1::Envelope received_;
   PeerInfo peer_;
+  std::string user_;  ///< Set with mutex_ held, before anybody else has the connection.
 
   mutable std::mutex mutex_;
   std::condition_variable room_;
@@ -125,9 +137,13 @@ class ServerConnection final : public Connection, public std::enable_shared_from
   bool write_blocked_ = false;  ///< the kernel's buffer is full; the strand waits for room
   bool flushing_ = false;
   bool pull_wanted_ = false;
-  int states_in_a_row_ = 0;  ///< Written since something was pulled.
+  std::size_t written_this_turn_ = 0;  ///< By whoever writes now.
+  int states_in_a_row_ = 0;            ///< Written since something was pulled.
   Outbox outbox_;
+  std::chrono::steady_clock::time_point states_at_{};  ///< When some were written last.
+  bool states_waiting_ = false;                        ///< The timer runs.
   Frame in_flight_;
+  int in_flight_frames_ = 0;
   std::size_t in_flight_done_ = 0;
   Pull pull_;
   std::string reason_;

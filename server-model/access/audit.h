@@ -48,6 +48,7 @@ class AuditThrottle {
   /// many.
   enum class Who { user, stranger };
   bool admits(const std::string& key, Who who, std::int64_t now_s);
+  void set_limits(AuditLimits limits) { limits_ = limits; }
   /// How many have been left out since the last call.
   std::uint64_t take_left_out();
 

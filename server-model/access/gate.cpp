@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <map>
 #include <mutex>
@@ -76,6 +77,15 @@ bool has_any_role(const Known& known, const std::string& user) {
   return person != known.people.end() && person->second.revoked_s == 0 && !person->second.grants.empty();
 }
 
+WriterOptions writer_options(const GateOptions& options) {
+  WriterOptions own;
+  own.audit = options.audit;
+  own.certificate_days = options.certificate_days;
+  own.wrong_codes_per_minute = options.wrong_codes_per_minute;
+  own.wrong_codes_per_minute_in_all = options.wrong_codes_per_minute_in_all;
+  return own;
+}
+
 Error refused(std::string message, std::string field = "user") {
   return make_error(ErrorCode::permission_denied, std::move(message), std::move(field));
 }
@@ -86,6 +96,8 @@ struct Gate::Implementation {
   GateOptions options;
   Logger log;
   std::uint32_t own_uid = 0;
+  std::atomic<v1::Role> tcp_role;
+  std::atomic<bool> tcp_role_changed = false;
 
   mutable std::mutex mutex;  ///< Guards `known` and `throttle`.
   std::shared_ptr<const Known> known = std::make_shared<Known>();
@@ -96,7 +108,10 @@ struct Gate::Implementation {
   std::unique_ptr<Writer> writer;  ///< Null: without a file.
 
   Implementation(GateOptions its_options, Logger its_log)
-      : options(std::move(its_options)), log(std::move(its_log)), throttle(options.audit) {
+      : options(std::move(its_options)),
+        log(std::move(its_log)),
+        tcp_role(options.tcp_role),
+        throttle(options.audit) {
     if (!options.now_ns) options.now_ns = system_now_ns;
     if (!options.login_of) options.login_of = login_name;
     own_uid = options.own_uid ? *options.own_uid : ::geteuid();
@@ -210,11 +225,7 @@ Result<std::shared_ptr<Gate>> Gate::open(const std::filesystem::path& file, Gate
   auto written = AccessFile::open(file, AccessFile::Mode::existing, made->now_s());
   if (!written) return written.error();
   made->watched = *std::move(watched);
-  made->writer = std::make_unique<Writer>(
-      *std::move(written),
-      WriterOptions{made->options.audit, made->options.certificate_days, made->options.wrong_codes_per_minute,
-                    made->options.wrong_codes_per_minute_in_all},
-      made->log);
+  made->writer = std::make_unique<Writer>(*std::move(written), writer_options(made->options), made->log);
   made->read_again();
   return std::shared_ptr<Gate>(new Gate(std::move(made)));
 }
@@ -232,13 +243,13 @@ Result<User> Gate::authenticate(const net::PeerInfo& peer, net::Endpoint::Kind k
     case net::Endpoint::Kind::tcp:
       break;
   }
-  if (rank(implementation_->options.tcp_role) == 0)
+  if (rank(implementation_->tcp_role) == 0)
     return implementation_->refuse(peer, "nobody may come in by plain TCP");
   return User{"tcp", Proof::unauthenticated, {}, peer.address, {}};
 }
 
 v1::Role Gate::role_of(const User& user, std::string_view model) const {
-  if (user.proof == Proof::unauthenticated) return implementation_->options.tcp_role;
+  if (user.proof == Proof::unauthenticated) return implementation_->tcp_role;
   if (implementation_->owns_server(user)) return v1::ROLE_OWNER;
   return granted(*implementation_->people(), user.name, model);
 }
@@ -263,7 +274,8 @@ Result<v1::Role> Gate::enter(const User& user, std::string_view model, v1::Role 
 }
 
 bool Gate::still_welcome(const User& user) const {
-  if (user.proof == Proof::unauthenticated || implementation_->owns_server(user)) return true;
+  if (user.proof == Proof::unauthenticated) return rank(implementation_->tcp_role) > 0;
+  if (implementation_->owns_server(user)) return true;
   const auto all = implementation_->people();
   if (!has_any_role(*all, user.name)) return false;
   if (user.proof == Proof::local_user) return true;
@@ -328,7 +340,18 @@ void Gate::pair(const v1::Pair& request, const std::string& address, PairingDone
 }
 
 bool Gate::poll() {
-  return implementation_->read_again();
+  const bool others = implementation_->read_again();
+  return implementation_->tcp_role_changed.exchange(false) || others;
+}
+
+void Gate::set_options(const GateOptions& options) {
+  if (implementation_->tcp_role.exchange(options.tcp_role) != options.tcp_role)
+    implementation_->tcp_role_changed = true;
+  {
+    const std::lock_guard lock(implementation_->mutex);
+    implementation_->throttle.set_limits(options.audit);
+  }
+  if (implementation_->writer) implementation_->writer->set_options(writer_options(options));
 }
 
 Result<std::shared_ptr<const net::TlsContext>> Gate::server_tls() const {

@@ -94,6 +94,10 @@ class Gate {
   /// certificate come through, to be paired. Errors: failed_precondition without a file.
   Result<std::shared_ptr<const net::TlsContext>> server_tls() const;
 
+  /// Other limits, role by TCP and days of certificates from now on; who is there already is told by the next
+  /// poll(). Clock, names and whose server it is stay as they were.
+  void set_options(const GateOptions& options);
+
   /// Waits until what is to be written is on the disk: for tests and the end.
   void flush();
   /// Whether there are users at all: open() rather than without_file().

@@ -14,7 +14,9 @@ constexpr std::int64_t ns_per_minute = 60 * ns_per_s;
 }  // namespace
 
 Writer::Writer(AccessFile file, WriterOptions options, Logger log)
-    : file_(std::move(file)), options_(options), log_(std::move(log)), thread_([this] { run(); }) {}
+    : file_(std::move(file)), now_(options), log_(std::move(log)), options_(options), thread_([this] {
+        run();
+      }) {}
 
 Writer::~Writer() {
   {
@@ -50,6 +52,11 @@ void Writer::pair(const v1::Pair& request, const std::string& address, std::int6
   done(make_error(ErrorCode::resource_exhausted, "too many devices want to be paired at once", "pair"));
 }
 
+void Writer::set_options(WriterOptions options) {
+  const std::lock_guard lock(mutex_);
+  options_ = options;
+}
+
 void Writer::flush() {
   std::unique_lock lock(mutex_);
   idle_.wait(lock, [this] { return events_.empty() && pairings_.empty() && !busy_; });
@@ -65,6 +72,7 @@ void Writer::run() {
     const std::uint64_t lost = std::exchange(lost_, 0);
     const std::int64_t now_ns = newest_ns_;
     auto pairings = std::exchange(pairings_, {});
+    now_ = options_;
     lock.unlock();
     if (!events.empty()) write(events, now_ns, lost);
     for (Pairing& pairing : pairings) pairing.done(pair_now(pairing));
@@ -75,11 +83,11 @@ void Writer::run() {
 }
 
 void Writer::write(const std::vector<AuditEvent>& events, std::int64_t now_ns, std::uint64_t lost) {
-  Status status = file_.add_audit(events, now_ns, options_.audit.entries);
+  Status status = file_.add_audit(events, now_ns, now_.audit.entries);
   if (status && lost > 0) {
     AuditEvent told{AuditKind::suppressed};
     told.detail = fmt::format("{} events were left out: the disk was slower than they came", lost);
-    status = file_.add_audit({told}, now_ns, options_.audit.entries);
+    status = file_.add_audit({told}, now_ns, now_.audit.entries);
   }
   if (!status) log_.error("{} audit entries are not kept: {}", events.size(), status.error().describe());
 }
@@ -92,8 +100,8 @@ Status Writer::may_try(const std::string& address, std::int64_t now_ns) {
     wrong_in_all_ = 0;
   }
   const auto found = wrong_.find(net::limited_address(address));
-  if (wrong_in_all_ >= options_.wrong_codes_per_minute_in_all ||
-      (found != wrong_.end() && found->second >= options_.wrong_codes_per_minute))
+  if (wrong_in_all_ >= now_.wrong_codes_per_minute_in_all ||
+      (found != wrong_.end() && found->second >= now_.wrong_codes_per_minute))
     return make_error(ErrorCode::resource_exhausted, "too many wrong codes: try again in a minute", "code");
   return {};
 }
@@ -101,7 +109,7 @@ Status Writer::may_try(const std::string& address, std::int64_t now_ns) {
 Result<v1::Paired> Writer::pair_now(const Pairing& pairing) {
   if (const Status may = may_try(pairing.address, pairing.now_ns); !may) return may.error();
   const auto paired = file_.pair({pairing.request.code(), pairing.request.certificate_request(),
-                                  pairing.request.device(), options_.certificate_days},
+                                  pairing.request.device(), now_.certificate_days},
                                  pairing.now_ns / ns_per_s);
   if (!paired) {
     ++wrong_[net::limited_address(

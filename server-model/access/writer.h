@@ -41,6 +41,8 @@ class Writer {
   /// `done` comes from the writer's thread, or from this call when too many wait.
   void pair(const v1::Pair& request, const std::string& address, std::int64_t now_ns, Done done);
   void flush();
+  /// For what is written from now on.
+  void set_options(WriterOptions options);
 
  private:
   struct Pairing {
@@ -55,14 +57,15 @@ class Writer {
   Result<v1::Paired> pair_now(const Pairing& pairing);
   Status may_try(const std::string& address, std::int64_t now_ns);
 
-  AccessFile file_;  ///< Of the thread, as the next two.
-  const WriterOptions options_;
+  AccessFile file_;    ///< Of the thread, as the following to wrong_in_all_.
+  WriterOptions now_;  ///< The options when it woke.
   Logger log_;
   std::int64_t minute_ = 0;
   std::map<std::string, std::uint32_t> wrong_;  ///< In this minute, by address.
   std::uint32_t wrong_in_all_ = 0;
 
-  std::mutex mutex_;
+  std::mutex mutex_;  ///< Guards what follows.
+  WriterOptions options_;
   std::condition_variable wake_, idle_;
   std::vector<AuditEvent> events_;
   std::int64_t newest_ns_ = 0;

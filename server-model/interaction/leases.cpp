@@ -104,8 +104,12 @@ void Leases::release(const std::string& entity, std::uint64_t client_id, Kind ki
   if (found->second.until() <= now_()) held_.erase(found);
 }
 
-void Leases::forget(std::uint64_t client_id) {
+void Leases::release_all(std::uint64_t client_id) {
   std::erase_if(held_, [&](const auto& item) { return item.second.client_id == client_id; });
+}
+
+void Leases::forget(std::uint64_t client_id) {
+  release_all(client_id);
   names_.erase(client_id);
 }
 

@@ -49,6 +49,8 @@ class Leases {
   Status take(const std::string& entity, std::uint64_t client_id, Kind kind);
   /// Nothing happens where it is not this client's.
   void release(const std::string& entity, std::uint64_t client_id, Kind kind);
+  /// The client may shape nothing any more.
+  void release_all(std::uint64_t client_id);
   /// The client is gone.
   void forget(std::uint64_t client_id);
   /// Whether the client may deform it now. Errors: as take().

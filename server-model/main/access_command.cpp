@@ -118,7 +118,8 @@ Result<Findings> invite(const InviteOptions& options) {
   if (!code) return code.error();
   const std::string until = utc(now + *valid);
   return Findings{fmt::format("For {}, {} on {}, once and until {}:\n\n  {}\n\n"
-                              "On the device: handloft-modeld pair CODE --connect tls:HOST:PORT\n",
+                              "On the device, once: handloft-hmd --pair CODE --model tls:HOST:PORT\n"
+                              "without a display:   handloft-modeld pair CODE --connect tls:HOST:PORT\n",
                               options.name, options.role, on_model(options.model), until, *code),
                   {{"code", *code},
                    {"user", options.name},

@@ -1,5 +1,7 @@
 #include "server-model/main/run_command.h"
 
+#include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -89,6 +91,8 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
   std::string model;
   std::string save = "configured";
   bool keep_going = false;
+  double reconnect_s = 30;
+  constexpr double longest_reconnect_s = 3600;
   OptionTable table("handloft-modeld run", description);
   table.add_positional("SCRIPT", script, "The script, or - for standard input",
                        OptionTable::Presence::required);
@@ -104,6 +108,10 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
             TextRule{.choices = {}, .value_name = "NAME"});
   table.add("save", save, "With --connect: how safe a line is to be when it is answered",
             TextRule{.choices = {"configured", "durable", "applied"}, .value_name = ""});
+  table.add("reconnect_s", reconnect_s,
+            "With --connect: when the server is restarted, so many seconds to find it again and go on, where "
+            "it keeps what it answers on its disk; 0: end",
+            NumberRange{.min = 0, .max = longest_reconnect_s, .value_name = "S"});
   table.add("keep_going", keep_going, "Go on after a failed line; the exit status is 1 all the same");
   auto outcome = table.parse(arguments);
   if (!outcome) {
@@ -144,6 +152,8 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
   session::RemoteTargetOptions remote;
   remote.role = *asked_role;
   remote.model = model;
+  constexpr double ms_per_s = 1000;
+  remote.come_again_within = std::chrono::milliseconds(static_cast<std::int64_t>(reconnect_s * ms_per_s));
   if (save != "configured") {
     remote.answer_when =
         save == "durable" ? handloft::v1::SAVE_LEVEL_DURABLE : handloft::v1::SAVE_LEVEL_APPLIED;

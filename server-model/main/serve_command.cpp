@@ -1,8 +1,13 @@
 #include "server-model/main/serve_command.h"
 
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "common/base/config.h"
 #include "common/base/log.h"
@@ -15,27 +20,33 @@ namespace handloft::model {
 namespace {
 
 constexpr const char* description =
-    "Serves one model to viewers and editors, and lets the hand that handloft-trackd follows shape it. "
-    "Prints "
-    "one line of JSON with its endpoints when it is ready. Stops on SIGTERM or SIGINT, and with --at-end "
-    "exit "
-    "after a recording. Exit status: 0 stopped on request or at the end of a recording, 1 an error, 2 wrong "
-    "usage.";
+    "Serves a model, or those of a folder, to viewers and editors, and lets the hand that handloft-trackd "
+    "follows shape the first one. Prints one line of JSON with its endpoints when it is ready. Stops on "
+    "SIGTERM or SIGINT, and with --at-end exit after a recording. On SIGHUP it reads its configuration "
+    "again: "
+    "the log level, limits and people's settings hold at once, for a client's own limits from its next "
+    "connection on; the log tells what has changed and what waits for the next start, and of a file with a "
+    "mistake which field is wrong, and then nothing changes. Exit status: 0 stopped on request or at the end "
+    "of a recording, 1 an error, 2 wrong usage.";
 
-}  // namespace
-
-int serve_command(const std::vector<std::string>& arguments) {
+/// What the command line and the configuration may set, each with its default.
+struct Settings {
   session::ServeOptions options;
   std::string at_end = "stay";
   std::string acknowledge = "durable";
   std::string create = "owners";
-  constexpr double longest_s = 86'400;
-  double close_after_s = to_seconds(options.close_after);
+  double close_after_s = to_seconds(session::ServeOptions().close_after);
   std::string log_level = "info";
   std::string log_format = "text";
   std::string read_folder = ".";
   std::string write_folder = ".";
-  OptionTable table("handloft-modeld serve", description);
+
+  /// This must outlive the table.
+  void add_to(OptionTable& table);
+};
+
+void Settings::add_to(OptionTable& table) {
+  constexpr double longest_s = 86'400;
   table.add("listen", options.listen,
             "Where viewers and editors connect; may be repeated; none: your own model socket",
             TextRule{.choices = {}, .value_name = "ENDPOINT"});
@@ -84,6 +95,43 @@ int serve_command(const std::vector<std::string>& arguments) {
             "Serve metrics in Prometheus' text format and health: 127.0.0.1:9464 or unix:PATH, GET /metrics, "
             "/healthz, /readyz; none: nothing",
             TextRule{.choices = {}, .value_name = "ENDPOINT"});
+}
+
+using Facts = std::vector<OptionFacts>;
+
+/// Reads the same words again, and what their --config names. `running` are the values that hold now, and
+/// those that hold afterwards.
+Result<session::Reloaded> read_again(const std::vector<std::string>& arguments, Facts& running) {
+  Settings again;
+  OptionTable table("handloft-modeld serve", description);
+  again.add_to(table);
+  if (auto outcome = table.parse(arguments); !outcome) return outcome.error();
+  session::Reloaded reloaded;
+  const auto level = parse_log_level(again.log_level);
+  if (!level) return level.error();
+  reloaded.log_level = *level;
+  reloaded.limits = again.options.limits;
+  const Facts found = table.facts().options;
+  for (std::size_t i = 0; i < found.size() && i < running.size(); ++i) {
+    if (found[i].preset == running[i].preset) continue;
+    std::string words =
+        fmt::format("{}: {} before, {} now", found[i].flag, running[i].preset, found[i].preset);
+    if (found[i].flag == "--log-level" || session::ServiceLimits::holds_at_once(found[i].flag)) {
+      reloaded.changed.push_back(std::move(words));
+      running[i].preset = found[i].preset;
+    } else {
+      reloaded.needs_restart.push_back(std::move(words));
+    }
+  }
+  return reloaded;
+}
+
+}  // namespace
+
+int serve_command(const std::vector<std::string>& arguments) {
+  Settings settings;
+  OptionTable table("handloft-modeld serve", description);
+  settings.add_to(table);
   auto outcome = table.parse(arguments);
   if (!outcome) {
     std::fprintf(stderr, "handloft-modeld serve: %s\n", outcome.error().describe().c_str());
@@ -93,26 +141,25 @@ int serve_command(const std::vector<std::string>& arguments) {
     std::fputs(outcome->text.c_str(), stdout);
     return exit_ok;
   }
-  const auto level = parse_log_level(log_level);
+  const auto level = parse_log_level(settings.log_level);
   if (!level) {
     std::fprintf(stderr, "handloft-modeld serve: %s\n", level.error().describe().c_str());
     return exit_usage;
   }
+  session::ServeOptions& options = settings.options;
   options.log_level = *level;
-  options.log_format = log_format == "json" ? LogFormat::json : LogFormat::text;
-  options.reload = [&table, &arguments, &log_level]() -> Result<LogLevel> {
-    // What else it sets was looked at when the server started, and is not again.
-    if (auto again = table.parse(arguments); !again) return again.error();
-    return parse_log_level(log_level);
-  };
-  options.acknowledge = acknowledge == "applied" ? session::ActorOptions::Acknowledge::applied
-                                                 : session::ActorOptions::Acknowledge::durable;
-  options.create =
-      create == "nobody" ? session::RoomsOptions::Create::nobody : session::RoomsOptions::Create::owners;
-  options.close_after = from_seconds(close_after_s);
-  options.at_end = at_end == "exit" ? session::ServeOptions::AtEnd::exit : session::ServeOptions::AtEnd::stay;
-  options.files.read_folder = read_folder;
-  options.files.write_folder = write_folder;
+  options.log_format = settings.log_format == "json" ? LogFormat::json : LogFormat::text;
+  Facts running = table.facts().options;
+  options.reload = [&arguments, &running] { return read_again(arguments, running); };
+  options.acknowledge = settings.acknowledge == "applied" ? session::ActorOptions::Acknowledge::applied
+                                                          : session::ActorOptions::Acknowledge::durable;
+  options.create = settings.create == "nobody" ? session::RoomsOptions::Create::nobody
+                                               : session::RoomsOptions::Create::owners;
+  options.close_after = from_seconds(settings.close_after_s);
+  options.at_end =
+      settings.at_end == "exit" ? session::ServeOptions::AtEnd::exit : session::ServeOptions::AtEnd::stay;
+  options.files.read_folder = settings.read_folder;
+  options.files.write_folder = settings.write_folder;
   options.files.cad = std::make_shared<const session::CadProcess>();
   return session::serve(options, std::cout);
 }

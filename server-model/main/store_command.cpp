@@ -26,6 +26,7 @@
 #include "server-model/store/operation_log.h"
 #include "server-model/store/recovery.h"
 #include "server-model/store/repair.h"
+#include "server-model/store/summary.h"
 
 namespace handloft::model {
 
@@ -59,11 +60,88 @@ Json damages_json(const std::vector<store::Damage>& damages) {
   return list;
 }
 
+// --- versions
+
+/// The last state: versions and alternatives are what the operations made of them, and are nowhere else.
+Result<Document> document_of(const OperationLog& log) {
+  auto recovered = store::recover(log, context_on_all_cores());
+  if (!recovered) return recovered.error();
+  return recovered->model.document();
+}
+
+Json versions_json(const std::vector<store::NamedVersion>& versions) {
+  Json list = Json::array();
+  for (const store::NamedVersion& version : versions) {
+    list.push_back({{"name", version.name},
+                    {"sequence", version.sequence},
+                    {"alternative", version.alternative},
+                    {"author", version.author},
+                    {"time", utc(version.made_ns)},
+                    {"note", version.note}});
+  }
+  return list;
+}
+
+Json alternatives_json(const std::vector<store::NamedAlternative>& alternatives) {
+  Json list = Json::array();
+  for (const store::NamedAlternative& alternative : alternatives)
+    list.push_back({{"name", alternative.name}, {"version", alternative.version}});
+  return list;
+}
+
 // --- models
 
 constexpr std::string_view suffix = ".handloft";
 
-Result<Findings> list_models(const std::string& folder) {
+/// What the file says of itself; checked: every record, and the model restored.
+enum class Listing { as_told, checked };
+
+Status problem_of(const OperationLog& log) {
+  const store::LogCheck check = store::check_log(log);
+  if (!check.good()) return make_error(ErrorCode::data_corrupt, check.damages.front().words());
+  auto document = document_of(log);
+  return document ? Status() : Status(document.error());
+}
+
+/// Its words, added to `found`.
+Result<Json> list_model(const fs::path& path, Listing listing, Findings& found) {
+  auto log = OperationLog::open(path, OperationLog::Access::read);
+  if (!log) return log.error();
+  const auto summary = store::summarize(*log, context_on_all_cores());
+  std::error_code failed;
+  const auto size = fs::file_size(path, failed);
+  Json one{{"file", path.filename().string()},
+           {"operations", log->last_sequence()},
+           {"created", utc(log->identity().created_ns)},
+           {"bytes", size}};
+  if (summary) {
+    one["changed"] = utc(summary->changed_ns);
+    one["versions"] = versions_json(summary->versions);
+    one["alternatives"] = alternatives_json(summary->alternatives);
+  }
+  found.words += fmt::format(
+      "{}: {} operations since {}, last {}, {} named versions, {:.1f} MB\n", path.filename().string(),
+      log->last_sequence(), utc(log->identity().created_ns), summary ? utc(summary->changed_ns) : "unknown",
+      summary ? std::to_string(summary->versions.size()) : "unknown", 1e-6 * static_cast<double>(size));
+  if (summary) {
+    for (const store::NamedVersion& version : summary->versions)
+      found.words += fmt::format("  \"{}\" of \"{}\" after operation {}\n", version.name, version.alternative,
+                                 version.sequence);
+    if (summary->alternatives.size() > 1)
+      found.words += fmt::format("  {} alternatives\n", summary->alternatives.size());
+  }
+  const Status problem = !summary                      ? Status(summary.error())
+                         : listing == Listing::checked ? problem_of(*log)
+                                                       : Status();
+  if (!problem) {
+    one["problem"] = problem.error().message;
+    found.words += fmt::format("  {}\n", problem.error().message);
+    found.status = exit_failed;
+  }
+  return one;
+}
+
+Result<Findings> list_models(const std::string& folder, Listing listing) {
   std::error_code failed;
   std::vector<fs::path> paths;
   for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed)) {
@@ -75,25 +153,13 @@ Result<Findings> list_models(const std::string& folder) {
   Findings found;
   found.json["models"] = Json::array();
   for (const fs::path& path : paths) {
-    Json one{{"file", path.filename().string()}};
-    auto log = OperationLog::open(path, OperationLog::Access::read);
-    if (!log) {
-      one["problem"] = log.error().message;
-      found.words += fmt::format("{}: {}\n", path.filename().string(), log.error().message);
+    auto one = list_model(path, listing, found);
+    if (!one) {
+      found.words += fmt::format("{}: {}\n", path.filename().string(), one.error().message);
       found.status = exit_failed;
-    } else {
-      const std::uint64_t operations = log->last_sequence();
-      const auto versions = log->versions();
-      const auto size = fs::file_size(path, failed);
-      one["operations"] = operations;
-      one["created"] = utc(log->identity().created_ns);
-      one["bytes"] = size;
-      one["versions"] = versions ? versions->size() : 0;
-      found.words += fmt::format("{}: {} operations since {}, {} named versions, {:.1f} MB\n",
-                                 path.filename().string(), operations, utc(log->identity().created_ns),
-                                 versions ? versions->size() : 0, 1e-6 * static_cast<double>(size));
+      one = Json{{"file", path.filename().string()}, {"problem", one.error().message}};
     }
-    found.json["models"].push_back(std::move(one));
+    found.json["models"].push_back(*std::move(one));
   }
   if (paths.empty()) found.words = fmt::format("no *{} in {}\n", suffix, folder);
   return found;
@@ -107,26 +173,16 @@ Result<Findings> tell_history(const std::string& file, std::uint64_t from, std::
   const std::uint64_t last = log->last_sequence();
   if (from == 0) from = last >= count ? last - count + 1 : 1;
   Findings found;
-  found.json = {{"last", last},
-                {"operations", Json::array()},
-                {"versions", Json::array()},
-                {"branches", Json::array()}};
-  auto versions = log->versions();
-  if (!versions) return versions.error();
+  found.json = {{"last", last}, {"operations", Json::array()}};
+  // Of a damaged file the operations before the damage are told all the same.
   std::multimap<std::uint64_t, std::string> named;
-  for (const store::Version& version : *versions) {
-    if (version.branch == store::main_branch) named.emplace(version.sequence, version.name);
-    found.json["versions"].push_back({{"name", version.name},
-                                      {"branch", version.branch},
-                                      {"sequence", version.sequence},
-                                      {"time", utc(version.time_ns)},
-                                      {"words", version.words}});
-  }
-  auto branches = log->branches();
-  if (!branches) return branches.error();
-  for (const store::Branch& branch : *branches) {
-    found.json["branches"].push_back(
-        {{"name", branch.name}, {"parent", branch.parent}, {"parent_sequence", branch.parent_sequence}});
+  if (auto document = document_of(*log)) {
+    const auto versions = store::named_versions(*document);
+    found.json["versions"] = versions_json(versions);
+    for (const store::NamedVersion& version : versions) named.emplace(version.sequence, version.name);
+    found.json["alternatives"] = alternatives_json(store::named_alternatives(*document));
+  } else {
+    found.json["problem"] = document.error().message;
   }
   std::uint64_t told = 0;
   auto status = log->read(from, [&](const store::LogEntry& entry) -> Status {
@@ -202,15 +258,11 @@ Result<Findings> repair_file(const std::string& file, std::string to) {
   auto repaired = store::repair(file, to);
   if (!repaired) return repaired.error();
   Findings found;
-  found.json = {{"to", to},
-                {"operations", repaired->operations},
-                {"branches", repaired->branches},
-                {"versions", repaired->versions},
-                {"damages", damages_json(repaired->damages)}};
+  found.json = {
+      {"to", to}, {"operations", repaired->operations}, {"damages", damages_json(repaired->damages)}};
   for (const store::Damage& damage : repaired->damages)
     found.words += fmt::format("damaged: {}\n", damage.words());
-  found.words += fmt::format("{} operations and {} named versions are in {}; {} is as it was\n",
-                             repaired->operations, repaired->versions, to, file);
+  found.words += fmt::format("{} operations are in {}; {} is as it was\n", repaired->operations, to, file);
   return found;
 }
 
@@ -228,40 +280,35 @@ Result<Findings> backup_file(const std::string& file, const std::string& to) {
 // --- export
 
 Result<std::uint64_t> moment(const OperationLog& log, std::uint64_t at, const std::string& version,
-                             store::BranchId& branch) {
+                             std::string& digest) {
   if (version.empty()) return at == 0 ? ~std::uint64_t{0} : at;
-  auto versions = log.versions();
-  if (!versions) return versions.error();
-  for (const store::Version& one : *versions) {
-    if (one.name != version) continue;
-    branch = one.branch;
-    return one.sequence;
-  }
-  return make_error(ErrorCode::not_found, fmt::format("there is no version \"{}\"", version), "version");
+  auto document = document_of(log);
+  if (!document) return document.error();
+  const auto found = document->versions->find(version);
+  if (found == document->versions->end() || found->second->sequence == 0)
+    return make_error(ErrorCode::not_found, fmt::format("there is no version \"{}\"", version), "named");
+  digest = found->second->digest;
+  return found->second->sequence;
 }
 
 /// As a script that `run` takes: SCRIPT.md.
-Result<Findings> export_script(const OperationLog& log, const fs::path& to, std::uint64_t until,
-                               store::BranchId branch) {
+Result<Findings> export_script(const OperationLog& log, const fs::path& to, std::uint64_t until) {
   std::string script;
   std::uint64_t lines = 0;
-  auto status = log.read(
-      1,
-      [&](const store::LogEntry& entry) -> Status {
-        if (entry.record.sequence > until) return make_error(ErrorCode::cancelled, "enough");
-        v1::Operation operation;
-        if (!operation.ParseFromString(entry.record.operation))
-          return make_error(ErrorCode::data_corrupt,
-                            fmt::format("operation {} can't be read", entry.record.sequence));
-        operation.clear_client_id();  // A script has one client, whose operations are not retried.
-        operation.clear_client_op_id();
-        auto json = to_json(operation);
-        if (!json) return json.error();
-        script += *json + "\n";
-        ++lines;
-        return {};
-      },
-      branch);
+  auto status = log.read(1, [&](const store::LogEntry& entry) -> Status {
+    if (entry.record.sequence > until) return make_error(ErrorCode::cancelled, "enough");
+    v1::Operation operation;
+    if (!operation.ParseFromString(entry.record.operation))
+      return make_error(ErrorCode::data_corrupt,
+                        fmt::format("operation {} can't be read", entry.record.sequence));
+    operation.clear_client_id();  // A script has one client, whose operations are not retried.
+    operation.clear_client_op_id();
+    auto json = to_json(operation);
+    if (!json) return json.error();
+    script += *json + "\n";
+    ++lines;
+    return {};
+  });
   if (!status && status.error().code != ErrorCode::cancelled) return status.error();
   if (auto written = exchange::write_file_atomically(to, script); !written) return written.error();
   Findings found;
@@ -275,12 +322,18 @@ Result<Findings> export_file(const std::string& file, const std::string& to, std
   auto log = OperationLog::open(file, OperationLog::Access::read);
   if (!log) return log.error();
   store::RecoveryOptions options;
-  auto until = moment(*log, at, version, options.branch);
+  std::string digest;
+  auto until = moment(*log, at, version, digest);
   if (!until) return until.error();
   options.until = *until;
-  if (fs::path(to).extension() == ".jsonl") return export_script(*log, to, *until, options.branch);
+  if (fs::path(to).extension() == ".jsonl") return export_script(*log, to, *until);
   auto recovered = store::recover(*log, context_on_all_cores(), options);
   if (!recovered) return recovered.error();
+  if (!digest.empty() && EntityDigests().of(recovered->model.document().entities) != digest) {
+    return make_error(
+        ErrorCode::data_corrupt,
+        fmt::format("operation {} gives another model than version \"{}\" holds", *until, version), "named");
+  }
   FileAccess files;
   files.cad = std::make_shared<const session::CadProcess>();
   v1::Export request;
@@ -307,6 +360,7 @@ struct Arguments {
   std::uint64_t from = 0;
   std::uint64_t count = 100;
   bool replay = false;
+  bool verify = false;
   bool json = false;
 };
 
@@ -327,8 +381,11 @@ const std::map<std::string, Command>& commands() {
         [](OptionTable& options, Arguments& to) {
           to.file = ".";
           options.add_positional("FOLDER", to.file, "Where *.handloft lie; none: here", Presence::optional);
+          options.add("verify", to.verify, "Also check every record of each and restore it");
         },
-        [](const Arguments& given) { return list_models(given.file); }}},
+        [](const Arguments& given) {
+          return list_models(given.file, given.verify ? Listing::checked : Listing::as_told);
+        }}},
       {"history",
        {"Tells what was done to a model, by whom and when.",
         [file](OptionTable& options, Arguments& to) {

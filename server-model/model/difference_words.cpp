@@ -227,7 +227,9 @@ std::vector<Work> work_on(const std::string& entity, const Side& from, const Sid
                           const History& history) {
   std::vector<Work> work;
   // The step that named the version is still known, so all after it are.
-  if (history.entries().empty() || history.entries().front().step->info.sequence > from.sequence) return work;
+  if (history.entries().empty() || history.entries().front().step->info.sequence > from.sequence ||
+      history.forgotten_sequence() > from.sequence)
+    return work;
   for (const History::Entry& entry : history.entries()) {
     const StepInfo& info = entry.step->info;
     const StepDelta& delta = entry.step->delta;

@@ -22,9 +22,16 @@ struct StoredState {
   std::uint64_t sequence = 0;
 };
 
+/// As much of it as a snapshot keeps: cheaper to have than all of its history.
+struct KeptState {
+  History::Kept history;
+  std::uint64_t sequence = 0;
+};
+
 struct EncodeOptions {
-  /// Steps that can be undone, and as many that can be redone. A thousand are hours of work; an operation
-  /// that undoes more is replayed from an older snapshot.
+  /// Steps that can be undone, of all clients, and as many that can be redone, shared out as History::kept()
+  /// says: each of ten who work together keeps a hundred. A thousand are hours of work; an operation that
+  /// undoes more is replayed from an older snapshot.
   std::size_t max_steps = 1000;
   /// Parts of at least so many bytes lie beside, shared by snapshots; smaller ones are not worth a row.
   std::size_t min_shared_bytes = 2048;
@@ -35,9 +42,11 @@ using TakePart = std::function<Status(std::string_view sha256, std::string_view 
 /// Gives it back. Errors: not_found, data_corrupt.
 using FetchPart = std::function<Result<std::string>(std::string_view sha256)>;
 
-/// O(what is kept in memory); reads values that other threads may hold too. Errors: of `take`.
+/// O(what is kept); reads values that other threads may hold too. Errors: of `take`.
 Result<std::string> encode_state(const StoredState& state, const TakePart& take,
                                  const EncodeOptions& options = {});
+Result<std::string> encode_state(const KeptState& state, const TakePart& take,
+                                 const EncodeOptions& options = {});  ///< Without options.max_steps.
 
 /// Errors: data_corrupt, naming what does not fit; unsupported for a newer version; those of `fetch`.
 /// Whatever bytes are given, memory stays in proportion to them and the parts.

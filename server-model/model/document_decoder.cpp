@@ -27,7 +27,7 @@ using geometry::Vec2;
 using geometry::Vec3;
 using PointBlock = PointCloud::Block;
 
-constexpr std::uint32_t newest_version = 2;
+constexpr std::uint32_t newest_version = 3;
 
 Error damaged(std::string message, std::string field) {
   return make_error(ErrorCode::data_corrupt, std::move(message), std::move(field));
@@ -424,7 +424,7 @@ class Decoder {
       const bool undone = static_cast<std::uint64_t>(i) >= message_.position();
       entries.push_back({std::make_shared<const History::Step>(
                              History::Step{delta_between(document, *after), read_info(step)}),
-                         undone, 0});
+                         undone});
       document = *std::move(after);
       if (!undone) current = document;
     }
@@ -447,9 +447,29 @@ class Decoder {
       }
       entries.push_back(
           {std::make_shared<const History::Step>(History::Step{*std::move(delta), read_info(step)}),
-           step.undone(), 0});
+           step.undone()});
     }
-    return History(*std::move(current), std::move(entries), max_history_steps);
+    if (message_.version() == 2) return History(*std::move(current), std::move(entries), max_history_steps);
+    History::Kept kept = read_gone();
+    kept.current = *std::move(current);
+    for (std::size_t i = 0; i < entries.size(); ++i)
+      kept.steps.push_back({message_.steps(static_cast<int>(i)).number(), std::move(entries[i])});
+    return History::restored(std::move(kept), max_history_steps);
+  }
+
+  History::Kept read_gone() const {
+    const v1::StoredGone& gone = message_.gone();
+    History::Kept kept;
+    kept.last_step = gone.last_step();
+    kept.early = static_cast<std::size_t>(gone.early_steps());
+    kept.newest = {gone.newest().client_id(), gone.newest().step()};
+    kept.before = {gone.before().client_id(), gone.before().step()};
+    for (const v1::StoredGoneOf& of : gone.clients())
+      kept.gone.push_back({of.client_id(), of.older(), of.newer(), {of.given_shape(), of.given_comment()}});
+    for (const v1::StoredTouch& touch : gone.touched()) kept.forgotten.emplace(touch.key(), touch.step());
+    kept.forgotten_highest = {gone.given_shape(), gone.given_comment()};
+    kept.forgotten_sequence = gone.sequence();
+    return kept;
   }
 
   static StepInfo read_info(const v1::StoredStep& step) {

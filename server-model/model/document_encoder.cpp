@@ -22,7 +22,7 @@ namespace {
 
 using geometry::Vec3;
 
-constexpr std::uint32_t stored_version = 2;
+constexpr std::uint32_t stored_version = 3;
 
 template <typename Numbers>
 void add_vector(const Vec3& vector, Numbers& numbers) {
@@ -104,33 +104,28 @@ class Encoder {
  public:
   Encoder(const TakePart& take, const EncodeOptions& options) : take_(take), options_(options) {}
 
-  Result<std::string> encode(const StoredState& state) {
-    const History& history = state.history;
-    const auto& entries = history.entries();
-    std::size_t first = entries.size();
-    std::size_t standing = 0, undone = 0;
-    for (; first > 0; --first) {
-      std::size_t& count = entries[first - 1].undone ? undone : standing;
-      if (++count > options_.max_steps) break;
-    }
-    measure_chunks(history.current());
-    for (std::size_t i = first; i < entries.size(); ++i) measure_chunks(entries[i].step->delta);
+  Result<std::string> encode(const KeptState& state) {
+    const History::Kept& history = state.history;
+    measure_chunks(history.current);
+    for (const auto& step : history.steps) measure_chunks(step.entry.step->delta);
 
     message_.set_version(stored_version);
     message_.set_sequence(state.sequence);
-    write_document(history.current(), *message_.mutable_current());
-    for (std::size_t i = first; i < entries.size(); ++i) {
-      const StepInfo& info = entries[i].step->info;
+    write_document(history.current, *message_.mutable_current());
+    for (const auto& step : history.steps) {
+      const StepInfo& info = step.entry.step->info;
       v1::StoredStep& out = *message_.add_steps();
-      write_delta(entries[i].step->delta, *out.mutable_delta());
+      write_delta(step.entry.step->delta, *out.mutable_delta());
       out.set_words(info.words);
       out.set_client_id(info.client_id);
       out.set_client_op_id(info.client_op_id);
       out.set_author(info.author);
       out.set_made_ns(info.made_ns);
       out.set_sequence(info.sequence);
-      out.set_undone(entries[i].undone);
+      out.set_undone(step.entry.undone);
+      out.set_number(step.number);
     }
+    write_gone(history, *message_.mutable_gone());
     if (!taken_) return taken_.error();
     return message_.SerializeAsString();
   }
@@ -444,6 +439,31 @@ class Encoder {
     out.set_next_comment_after(delta.next_comment_after);
   }
 
+  static void write_gone(const History::Kept& history, v1::StoredGone& out) {
+    out.set_last_step(history.last_step);
+    out.set_early_steps(history.early);
+    out.mutable_newest()->set_client_id(history.newest.client_id);
+    out.mutable_newest()->set_step(history.newest.number);
+    out.mutable_before()->set_client_id(history.before.client_id);
+    out.mutable_before()->set_step(history.before.number);
+    for (const History::Kept::Gone& gone : history.gone) {
+      v1::StoredGoneOf& to = *out.add_clients();
+      to.set_client_id(gone.client_id);
+      to.set_older(gone.older);
+      to.set_newer(gone.newer);
+      to.set_given_shape(gone.highest.shape);
+      to.set_given_comment(gone.highest.comment);
+    }
+    for (const auto& [key, number] : history.forgotten) {
+      v1::StoredTouch& to = *out.add_touched();
+      to.set_key(key);
+      to.set_step(number);
+    }
+    out.set_given_shape(history.forgotten_highest.shape);
+    out.set_given_comment(history.forgotten_highest.comment);
+    out.set_sequence(history.forgotten_sequence);
+  }
+
   const TakePart& take_;
   const EncodeOptions& options_;
   Status taken_;
@@ -459,9 +479,13 @@ class Encoder {
 
 }  // namespace
 
+Result<std::string> encode_state(const KeptState& state, const TakePart& take, const EncodeOptions& options) {
+  return Encoder(take, options).encode(state);
+}
+
 Result<std::string> encode_state(const StoredState& state, const TakePart& take,
                                  const EncodeOptions& options) {
-  return Encoder(take, options).encode(state);
+  return encode_state(KeptState{state.history.kept(options.max_steps), state.sequence}, take, options);
 }
 
 }  // namespace handloft::model

@@ -42,7 +42,7 @@ struct Limits {
   std::size_t max_model_bytes = 256U << 20;    ///< Of an imported CAD model.
   std::size_t max_model_faces = 4'000;         ///< Sculptable ones; each is an entity.
   std::size_t max_trim_curves = 20'000;        ///< Of one face.
-  std::size_t max_history_steps = 10'000;      ///< Oldest steps are forgotten first.
+  std::size_t max_history_steps = 10'000;      ///< Then some are forgotten (history.h).
   std::size_t max_provisional = 64;            ///< Gestures in the air at one time.
 };
 

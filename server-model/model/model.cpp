@@ -76,15 +76,19 @@ Result<Submitted> Model::submit_new(const v1::Operation& operation) {
   submitted.sequence = ++sequence_;
   history_.push(applied->document,
                 {std::move(applied->words), operation.client_id(), operation.client_op_id(),
-                 operation.author(), operation.made_ns(), sequence_});
+                 operation.author(), operation.made_ns(), sequence_},
+                undo_rule_);
   return submitted;
 }
 
 Result<Submitted> Model::step_history(const v1::Operation& operation) {
   const Document before = history_.current();
   const std::uint64_t client = operation.client_id();
+  const bool shared = undo_rule_ == UndoRule::shared;
   auto words =
-      operation.has_undo() ? history_.undo(client, context_.limits) : history_.redo(client, context_.limits);
+      operation.has_undo()
+          ? (shared ? history_.undo_newest(context_.limits) : history_.undo(client, context_.limits))
+          : (shared ? history_.redo_oldest(context_.limits) : history_.redo(client, context_.limits));
   if (!words) return words.error();
   Submitted submitted;
   submitted.changes = difference(before, history_.current());

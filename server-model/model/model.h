@@ -78,6 +78,8 @@ class Model {
   /// and applied no second time (the last 1024 are remembered). Export, and imports whose file is not read
   /// yet, are for the session: failed_precondition.
   Result<Submitted> submit(const handloft::v1::Operation& operation);
+  /// By which rule undo goes from now on; per user unless told. For replaying logs (store/recovery.h).
+  void set_undo_rule(UndoRule rule) { undo_rule_ = rule; }
   /// What was answered to an operation that this one retries (H3): for who refuses before submit() is asked.
   /// nullopt: it is a new one, or was refused.
   std::optional<Submitted> answered_before(const handloft::v1::Operation& operation) const;
@@ -132,6 +134,7 @@ class Model {
   ApplyContext context_;
   std::optional<Journal> journal_;
   History history_;
+  UndoRule undo_rule_ = UndoRule::per_user;
   std::map<ProvisionalId, Provisional> provisional_;
   ProvisionalId next_provisional_ = 1;
   std::uint64_t sequence_ = 0;

@@ -291,6 +291,21 @@ Document stepped(const Document& current, const StepDelta& delta, Direction dire
   return next;
 }
 
+std::optional<StepDelta> placed(const Document& current, const StepDelta& delta, Direction direction) {
+  std::optional<StepDelta> moved;
+  const auto wholes = direction == Direction::back ? &StepDelta::made : &StepDelta::deleted;
+  for (std::size_t i = 0; i < (delta.*wholes).size(); ++i) {
+    const StepDelta::Whole& whole = (delta.*wholes)[i];
+    const Alternative* const there = find(*current.alternatives, whole.alternative.name);
+    if (there == nullptr) continue;
+    const auto place = static_cast<std::size_t>(there - current.alternatives->data());
+    if (place == whole.place) continue;
+    if (!moved) moved = delta;
+    ((*moved).*wholes)[i].place = place;
+  }
+  return moved;
+}
+
 namespace {
 
 template <typename Changes>
@@ -339,54 +354,6 @@ std::optional<Conflict> in_common(const StepDelta& a, const StepDelta& b) {
   if (auto id = common_id(a.versions, b.versions)) return Conflict{Kind::version, *id};
   if (auto id = common_id(a.comments, b.comments)) return Conflict{Kind::comment, *id};
   return std::nullopt;
-}
-
-std::uint64_t signature(const StepDelta& delta) {
-  std::uint64_t bits = 0;
-  const auto add = [&](std::string_view id) {
-    bits |= std::uint64_t{1} << (std::hash<std::string_view>()(id) % 64);
-  };
-  for (const auto& change : delta.entities) add(change.id);
-  for (const std::string& id : delta.ids) add(id);
-  for (const auto& change : delta.versions) add(change.id);
-  for (const auto& change : delta.comments) add(change.id);
-  for (const StepDelta::At& at : delta.at) add(at.alternative);
-  // Of what changes alternatives, all: there are few, and they concern many entities.
-  const bool alternatives =
-      !delta.made.empty() || !delta.deleted.empty() || delta.present_before != delta.present_after;
-  return alternatives ? ~std::uint64_t{0} : bits;
-}
-
-bool touches(const StepDelta& delta, const Conflict& conflict) {
-  switch (conflict.kind) {
-    case Kind::entity:
-      return changes_id(delta.entities, conflict.id) ||
-             std::binary_search(delta.ids.begin(), delta.ids.end(), conflict.id);
-    case Kind::present:
-      return delta.present_before != delta.present_after;
-    case Kind::alternative:
-      return (!delta.entities.empty() && delta.alternative == conflict.id) ||
-             whole_of(delta.made, conflict.id) != nullptr ||
-             whole_of(delta.deleted, conflict.id) != nullptr ||
-             std::any_of(delta.at.begin(), delta.at.end(),
-                         [&](const StepDelta::At& at) { return at.alternative == conflict.id; });
-    case Kind::version:
-      return changes_id(delta.versions, conflict.id) ||
-             std::any_of(
-                 delta.versions.begin(), delta.versions.end(),
-                 [&](const auto& change) { return change.after && change.after->parent == conflict.id; }) ||
-             std::any_of(delta.at.begin(), delta.at.end(),
-                         [&](const StepDelta::At& at) { return at.after == conflict.id; }) ||
-             std::any_of(delta.made.begin(), delta.made.end(), [&](const StepDelta::Whole& whole) {
-               return whole.alternative.version == conflict.id;
-             });
-    case Kind::comment:
-      return changes_id(delta.comments, conflict.id) ||
-             std::any_of(delta.comments.begin(), delta.comments.end(), [&](const auto& change) {
-               return change.after && change.after->reply_to == conflict.id;
-             });
-  }
-  return false;
 }
 
 std::string describe(const Conflict& conflict, const StepDelta& delta) {

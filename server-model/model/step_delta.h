@@ -63,14 +63,12 @@ enum class Given : std::uint8_t { kept, freed };
 /// The document with the step taken back (done again). Precondition: no conflict.
 Document stepped(const Document& current, const StepDelta& delta, Direction direction, Given given);
 
+/// The step with the places where the alternatives are now that it makes vanish: there they come again,
+/// whatever others have made before them. nullopt: they are where they were.
+std::optional<StepDelta> placed(const Document& current, const StepDelta& delta, Direction direction);
+
 /// The first thing that two steps both changed; nullopt: there is none.
 std::optional<Conflict> in_common(const StepDelta& a, const StepDelta& b);
-
-/// Of what a step changed, one bit each of 64: steps whose bits are disjoint have nothing in common.
-std::uint64_t signature(const StepDelta& delta);
-
-/// Whether another step has changed what is in the way.
-bool touches(const StepDelta& delta, const Conflict& conflict);
 
 /// For people: `"Seat"`, `the alternative "wide"`.
 std::string describe(const Conflict& conflict, const StepDelta& delta);

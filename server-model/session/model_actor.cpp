@@ -232,15 +232,22 @@ void ModelActor::on_frame(HandSource& source, const v1::TrackingFrame& frame) {
   publish_presence(source);
 }
 
+Logger ModelActor::log_of(const HandOwner& owner) const {
+  return owner.log ? owner.log->component("model").with("model", options_.name) : log_;
+}
+
 void ModelActor::report(const HandSource& source, const interaction::FrameOutcome& outcome) {
+  if (outcome.submitted.empty() && outcome.problems.empty()) return;
+  if (options_.metrics) options_.metrics->applied_by_hand(options_.name, outcome.submitted.size());
+  const Logger log = log_of(source.owner);
   for (const model::Submitted& submitted : outcome.submitted) {
-    log_.debug("{}: {} ({})", source.owner.name, submitted.words, submitted.sequence);
-    for (const std::string& note : submitted.notes) log_.info("{}", note);
-    for (const std::string& gesture : submitted.cancelled_gestures) log_.warning("{}", gesture);
+    log.debug("{}: {} ({})", source.owner.name, submitted.words, submitted.sequence);
+    for (const std::string& note : submitted.notes) log.info("{}", note);
+    for (const std::string& gesture : submitted.cancelled_gestures) log.warning("{}", gesture);
   }
   for (const std::string& problem : outcome.problems) {
     if (const auto kept_back = problem_rate_.allow(clock_.now())) {
-      log_.warning("{}{}", problem, *kept_back > 0 ? " (and " + std::to_string(*kept_back) + " more)" : "");
+      log.warning("{}{}", problem, *kept_back > 0 ? " (and " + std::to_string(*kept_back) + " more)" : "");
     }
   }
 }
@@ -265,14 +272,16 @@ void ModelActor::export_for_hand(std::uint64_t client_id, std::function<void(Res
   in_pool([this, client_id, done = std::move(done), document = model_.document()] {
     auto exported = model::export_from_palette(document, options_.export_folder, options_.cad);
     post([this, client_id, done, exported = std::move(exported)] {
+      const auto source = sources_.find(client_id);
+      const Logger log = source == sources_.end() ? log_ : log_of(source->second.owner);
       if (!exported) {
-        log_.warning("export refused: {}", exported.error().describe());
+        log.warning("export refused: {}", exported.error().describe());
         notify(client_id, "export refused: " + exported.error().message);
         if (done) done(exported.error());
         return;
       }
-      log_.info("exported \"{}\"", exported->path.string());
-      for (const std::string& note : exported->notes) log_.info("{}", note);
+      log.info("exported \"{}\"", exported->path.string());
+      for (const std::string& note : exported->notes) log.info("{}", note);
       const std::string words = "exported " + exported->path.filename().string();
       notify(client_id, words);
       if (!done) return;

@@ -42,7 +42,8 @@ namespace handloft::session {
 struct ActorOptions {
   interaction::InteractionOptions interaction;
   stream::MeshCacheOptions meshes;
-  std::uint64_t epoch = 0;  ///< Another one with every start.
+  std::string name = "main";  ///< The model's, for figures.
+  std::uint64_t epoch = 0;    ///< Another one with every start.
   std::size_t max_pending_frames =
       64;                          ///< Tracking frames that may wait: a second's worth. See push_frame().
   HandInboxOptions client_frames;  ///< That may wait of each client. See push_hand().
@@ -133,6 +134,10 @@ class ModelActor {
   using Allowed = std::function<Status(const model::Document&)>;
   void submit(v1::Operation operation, model::FileAccess files, std::function<void(Result<Outcome>)> done,
               Allowed allowed = {}, v1::SaveLevel answer_when = v1::SAVE_LEVEL_UNSPECIFIED);
+  /// For who may not do this: what was answered when it was done (H3), by somebody who still might; `refused`
+  /// when it was not. As submit().
+  void answer_again(v1::Operation operation, Error refused, std::function<void(Result<Outcome>)> done,
+                    v1::SaveLevel answer_when = v1::SAVE_LEVEL_UNSPECIFIED);
   /// As this client sees it: its own undo and redo.
   void ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done, std::uint64_t client_id = 0);
 
@@ -141,6 +146,8 @@ class ModelActor {
   void viewer_came(std::uint64_t client_id, const std::string& name, std::function<void()> joined);
   /// Its leases end.
   void viewer_gone(std::uint64_t client_id);
+  /// It may shape no longer, and sees on: its leases end.
+  void end_leases(std::uint64_t client_id);
   /// Leases an entity to a client, or ends that (U1). `done` is called on the model's thread. Errors:
   /// not_found, those of Leases::take().
   void lease(std::uint64_t client_id, const std::string& entity, LeaseWish wish,
@@ -164,7 +171,7 @@ class ModelActor {
   void stop();
 
  private:
-  /// Tells the metrics what became of an operation that came then.
+  /// Tells the metrics when an operation that came then is durable.
   std::function<void(Result<Outcome>)> counted(std::function<void(Result<Outcome>)> done, TimePoint came);
   /// At once, or when all that was applied is durable, so that answers keep their order. Then `done` is
   /// called on the store's thread.
@@ -185,6 +192,8 @@ class ModelActor {
   void publish_presence(HandSource& source, int at_least = 1);
   void publish_scene();
   void report(const HandSource& source, const interaction::FrameOutcome& outcome);
+  /// For lines about what its hands do.
+  Logger log_of(const HandOwner& owner) const;
   /// `done` may be empty.
   void export_for_hand(std::uint64_t client_id, std::function<void(Result<Outcome>)> done);
   void notify(std::uint64_t client_id, std::string words);  ///< Its hands' presence tells it for a while.

@@ -80,11 +80,7 @@ std::function<void(Result<ModelActor::Outcome>)> ModelActor::counted(
     std::function<void(Result<Outcome>)> done, TimePoint came) {
   return
       [metrics = options_.metrics, &clock = clock_, came, done = std::move(done)](Result<Outcome> outcome) {
-        if (!outcome) {
-          metrics->refused(outcome.error().code);
-        } else if (outcome->durable) {
-          metrics->durable(clock.now() - came);
-        }
+        if (outcome && outcome->durable) metrics->durable(clock.now() - came);
         done(std::move(outcome));
       };
 }
@@ -122,7 +118,8 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
                            const v1::Operation& resolved,
                            const std::function<void(Result<Outcome>)>& answer) {
     auto outcome = apply(owns_host ? of_host(resolved, model_.history()) : resolved, allowed);
-    if (outcome && options_.metrics) options_.metrics->applied(resolved.body_case(), clock_.now() - came);
+    if (outcome && options_.metrics)
+      options_.metrics->applied(options_.name, resolved.body_case(), clock_.now() - came);
     answer_when_saved(std::move(outcome), answer, answer_when);
   };
   if (operation.has_export_()) {
@@ -161,6 +158,18 @@ void ModelActor::submit(v1::Operation operation, model::FileAccess files,
   }
 }
 
+void ModelActor::answer_again(v1::Operation operation, Error refused,
+                              std::function<void(Result<Outcome>)> done, v1::SaveLevel answer_when) {
+  post([this, operation = std::move(operation), refused = std::move(refused), done = std::move(done),
+        answer_when] {
+    if (model_.answered_before(operation)) {
+      answer_when_saved(apply(operation, {}), done, answer_when);
+    } else {
+      done(refused);
+    }
+  });
+}
+
 void ModelActor::ask(v1::Query query, std::function<void(Result<v1::QueryResult>)> done,
                      std::uint64_t client_id) {
   post([this, query = std::move(query), done = std::move(done), client_id] {
@@ -188,6 +197,13 @@ void ModelActor::viewer_gone(std::uint64_t client_id) {
   post([this, client_id] {
     viewers_.erase(client_id);
     claims_->leases.forget(client_id);
+    publish_scene();
+  });
+}
+
+void ModelActor::end_leases(std::uint64_t client_id) {
+  post([this, client_id] {
+    claims_->leases.release_all(client_id);
     publish_scene();
   });
 }

@@ -13,6 +13,9 @@
 namespace handloft::session {
 namespace {
 
+/// After one that is larger, more is likely to follow.
+constexpr std::size_t large_message_bytes = 64U << 10;
+
 /// Counts a request that is under way until finish_request(); at the limit nothing more is read of the peer.
 /// To be called before the request is handed over: so it ends, and finish_request() looks, after the pause,
 /// whatever other requests do meanwhile, and no peer stays paused with nothing under way.
@@ -100,31 +103,59 @@ Status Peers::on_message(const net::ConnectionPtr& connection, const v1::Envelop
   }
 }
 
+std::optional<v1::Envelope> Peers::compose(Peer& peer, const RoomPtr& room) {
+  for (;;) {
+    std::shared_ptr<const v1::Join> beginning;
+    bool whole = false;
+    {
+      const std::lock_guard lock(peer.mutex);
+      if (!peer.seated || peer.room != room) return std::nullopt;
+      peer.news = false;  // Before we look at the scene: what comes later is news.
+      beginning.swap(peer.beginning);
+    }
+    const stream::ScenePtr scene = room->actor->scene();
+    const stream::Personal own = room->actor->personal(*scene, peer.id);
+    if (beginning) peer.viewer.resume(*beginning, *scene);
+    {
+      const std::lock_guard lock(peer.mutex);
+      whole = peer.has.lock() == scene;
+    }
+    if (!whole || !peer.viewer.has_been_told(own.storage)) {
+      if (auto envelope = peer.viewer.next(*scene, own)) return envelope;
+    }
+    const std::lock_guard lock(peer.mutex);
+    if (peer.news || peer.beginning) continue;
+    peer.has = scene;
+    peer.behind = false;
+    return std::nullopt;
+  }
+}
+
 std::optional<net::Frame> Peers::pull(Peer& peer) {
   const RoomPtr room = room_of(peer);
-  const stream::ScenePtr scene = room->actor->scene();
-  const stream::Personal own = room->actor->personal(*scene, peer.id);
-  const std::lock_guard lock(peer.mutex);
-  if (!peer.seated || peer.room != room) return std::nullopt;
-  if (peer.has.lock() == scene && peer.viewer.has_been_told(own.storage)) return std::nullopt;
-  const std::optional<v1::Envelope> envelope = peer.viewer.next(*scene, own);
-  if (!envelope) {
-    peer.has = scene;
-    return std::nullopt;
+  const std::lock_guard viewer_lock(peer.viewer_mutex);
+  while (const auto envelope = compose(peer, room)) {
+    auto frame = net::encode_frame(*envelope, options_.net.max_frame_bytes);
+    if (!frame) {
+      peer.log.with("model", room->name)
+          .error("a scene message cannot be sent: {}", frame.error().describe());
+      continue;  // With the rest.
+    }
+    const std::int64_t captured_ns = envelope->delta().capture_time_ns();
+    if (captured_ns > peer.shown_capture_ns) {
+      peer.shown_capture_ns = captured_ns;
+      const std::lock_guard latency_lock(latency_mutex_);
+      const Duration age = clock_.now() - from_ns(captured_ns);
+      capture_to_delta_.add(age);
+      if (options_.actor.metrics) options_.actor.metrics->shown(age);
+    }
+    if ((*frame)->size() >= large_message_bytes) {
+      const std::lock_guard lock(peer.mutex);
+      peer.behind = true;
+    }
+    return *std::move(frame);
   }
-  auto frame = net::encode_frame(*envelope, options_.net.max_frame_bytes);
-  if (!frame) {
-    log_.error("a scene message cannot be sent: {}", frame.error().describe());
-    return std::nullopt;
-  }
-  if (envelope->has_delta() && scene->capture_time_ns > peer.shown_capture_ns) {
-    peer.shown_capture_ns = scene->capture_time_ns;
-    const std::lock_guard latency_lock(latency_mutex_);
-    const Duration age = clock_.now() - from_ns(scene->capture_time_ns);
-    capture_to_delta_.add(age);
-    if (options_.actor.metrics) options_.actor.metrics->shown(age);
-  }
-  return *std::move(frame);
+  return std::nullopt;
 }
 
 void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
@@ -136,14 +167,23 @@ void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
   // An operation without a body is its to refuse as well.
   if (may && message.operation().body_case() != v1::Operation::BODY_NOT_SET)
     may = gate_->check(peer->user, room->name, role, message.operation(), access::Ownership::own);
-  if (!may) {
-    send_ack(*peer, request, may.error());
-    return;
-  }
-  const std::size_t bytes = message.ByteSizeLong();
-  begin_request(*peer, bytes);
   v1::Operation operation = message.operation();
   operation.set_client_id(peer->id);
+  const std::size_t bytes = message.ByteSizeLong();
+  const auto answer = [counter = refusals_of(*room), peer, bytes, request](const auto& outcome) {
+    if (!outcome) counter.add(Asked::operation, outcome.error());
+    send_ack(*peer, request, outcome);
+    finish_request(*peer, bytes);
+  };
+  begin_request(*peer, bytes);
+  if (!may) {
+    if (operation.client_op_id() == 0) {
+      answer(Result<ModelActor::Outcome>(may.error()));
+    } else {
+      room->actor->answer_again(std::move(operation), may.error(), answer, message.answer_when());
+    }
+    return;
+  }
   operation.set_author(peer->user.name);
   operation.set_made_ns(options_.wall_ns());
   ModelActor::Allowed allowed;
@@ -161,13 +201,8 @@ void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
   model::FileAccess files = options_.files;
   // TCP knows no users: whoever connects gets the folders, not the machine.
   if (!gate_->owns_host(peer->user)) files.scope = model::FileAccess::Scope::within_folders;
-  room->actor->submit(
-      std::move(operation), std::move(files),
-      [peer, bytes, request](const auto& outcome) {
-        send_ack(*peer, request, outcome);
-        finish_request(*peer, bytes);
-      },
-      std::move(allowed), message.answer_when());
+  room->actor->submit(std::move(operation), std::move(files), answer, std::move(allowed),
+                      message.answer_when());
 }
 
 std::optional<v1::QueryResult> Peers::answer_of_peers(const Peer& peer, const Room& room,
@@ -195,7 +230,10 @@ std::optional<v1::QueryResult> Peers::answer_of_peers(const Peer& peer, const Ro
 
 void Peers::ask(const PeerPtr& peer, const v1::Ask& message) {
   const std::uint64_t request = message.request();
-  const auto answer = [peer, request, limit = options_.net.max_frame_bytes](Result<v1::QueryResult> result) {
+  const RoomPtr room = room_of(*peer);
+  const auto answer = [counter = refusals_of(*room), peer, request,
+                       limit = options_.net.max_frame_bytes](Result<v1::QueryResult> result) {
+    if (!result) counter.add(Asked::query, result.error());
     v1::Envelope envelope;
     envelope.mutable_answer()->set_request(request);
     if (result) {
@@ -206,13 +244,13 @@ void Peers::ask(const PeerPtr& peer, const v1::Ask& message) {
         return;
       }
       envelope.mutable_answer()->clear_result();
+      counter.add(Asked::query, frame.error());
       set_failure(*envelope.mutable_answer()->mutable_failure(), frame.error());
     } else {
       set_failure(*envelope.mutable_answer()->mutable_failure(), result.error());
     }
     peer->connection->send(envelope);
   };
-  const RoomPtr room = room_of(*peer);
   const v1::Role role = role_of(*peer, *room);
   Status may = gate_->check(peer->user, room->name, role, v1::Envelope::kAsk);
   // A query without a body is the model's to refuse, as it always was.
@@ -264,9 +302,10 @@ Result<RoomPtr> Peers::begin_hands(Peer& peer, v1::Envelope::BodyCase message) {
 }
 
 void Peers::complain(Peer& peer, const Error& error) const {
+  refusals_of(*room_of(peer)).add(Asked::hand, error);
   const auto kept_back = peer.complaints.allow(clock_.now());
   if (!kept_back) return;
-  log_.debug("a frame of \"{}\" ({}) is left out: {}", peer.hands.name, peer.id, error.describe());
+  peer.log.debug("a frame of \"{}\" ({}) is left out: {}", peer.hands.name, peer.id, error.describe());
   v1::Envelope envelope;
   set_failure(*envelope.mutable_failure(), error);
   peer.connection->send(envelope);
@@ -295,15 +334,18 @@ void Peers::hand_command(const PeerPtr& peer, const v1::HandCommand& message) {
   const std::uint64_t request = message.request();
   const auto room = begin_hands(*peer, v1::Envelope::kHandCommand);
   if (!room) {
+    refusals_of(*room_of(*peer)).add(Asked::command, room.error());
     send_ack(*peer, request, room.error());
     return;
   }
   const std::size_t bytes = message.ByteSizeLong();
   begin_request(*peer, bytes);
-  (*room)->actor->command(peer->hands, message, [peer, bytes, request](const auto& outcome) {
-    send_ack(*peer, request, outcome);
-    finish_request(*peer, bytes);
-  });
+  (*room)->actor->command(peer->hands, message,
+                          [counter = refusals_of(**room), peer, bytes, request](const auto& outcome) {
+                            if (!outcome) counter.add(Asked::command, outcome.error());
+                            send_ack(*peer, request, outcome);
+                            finish_request(*peer, bytes);
+                          });
 }
 
 void Peers::lease(const PeerPtr& peer, const v1::Lease& message) {
@@ -317,6 +359,7 @@ void Peers::lease(const PeerPtr& peer, const v1::Lease& message) {
       may = make_error(ErrorCode::failed_precondition, "found a lease before its client has joined");
   }
   if (!may) {
+    refusals_of(*room).add(Asked::lease, may.error());
     send_ack(*peer, request, may.error());
     return;
   }
@@ -324,7 +367,8 @@ void Peers::lease(const PeerPtr& peer, const v1::Lease& message) {
   begin_request(*peer, bytes);
   room->actor->lease(peer->id, message.entity(),
                      message.release() ? ModelActor::LeaseWish::release : ModelActor::LeaseWish::take,
-                     [peer, bytes, request](const Status& status) {
+                     [counter = refusals_of(*room), peer, bytes, request](const Status& status) {
+                       if (!status) counter.add(Asked::lease, status.error());
                        send_ack(*peer, request,
                                 status ? Result<ModelActor::Outcome>(ModelActor::Outcome()) : status.error());
                        finish_request(*peer, bytes);

@@ -45,7 +45,10 @@ Peers::Peers(ServerOptions options, const Clock& clock, Logger log)
     : options_(completed(std::move(options))),
       clock_(clock),
       log_(std::move(log)),
-      gate_(options_.gate ? options_.gate : access::Gate::without_file()) {}
+      gate_(options_.gate ? options_.gate : access::Gate::without_file()),
+      packs_(std::make_shared<stream::PackCache>(clock_, options_.packs)),
+      limits_{options_.max_pending_requests, options_.max_pending_bytes, options_.client_memory.scene_bytes} {
+}
 
 Peers::~Peers() = default;
 
@@ -78,6 +81,7 @@ RoomPtr Peers::furnish(std::string name, model::Model model, ActorOptions option
                        std::function<void()> on_end_of_recording) {
   auto room = std::make_shared<Room>();
   room->name = std::move(name);
+  options.name = room->name;
   room->epoch = options.epoch;
   room->store = options.store;
   const std::weak_ptr<Peers> weak = weak_from_this();
@@ -95,7 +99,7 @@ RoomPtr Peers::furnish(std::string name, model::Model model, ActorOptions option
   };
   events.on_end_of_recording = std::move(on_end_of_recording);
   room->actor = std::make_unique<ModelActor>(std::move(model), std::move(options), std::move(events), clock_,
-                                             log_.component("model"));
+                                             log_.component("model").with("model", room->name));
   return room;
 }
 
@@ -112,14 +116,27 @@ void Peers::tick() {
   look_at_access();
   for (const RoomPtr& room : rooms_->open_rooms()) room->actor->tick();
   rooms_->tick();
+  packs_->sweep();
+  const std::size_t scene_bytes = limits().scene_bytes;
   for (const PeerPtr& peer : everybody()) {
     if (peer->connection->statistics().queued_frames == 0) continue;
     const RoomPtr room = room_of(*peer);
     const stream::ScenePtr scene = room->actor->scene();
-    const std::lock_guard lock(peer->mutex);
-    if (!peer->seated || peer->viewer.stale_bytes(*scene) <= options_.client_memory.scene_bytes) continue;
-    log_.warning("\"{}\" ({}) reads too slowly: begins anew with a snapshot", peer->hands.name, peer->id);
+    const std::unique_lock viewer_lock(peer->viewer_mutex, std::try_to_lock);
+    if (!viewer_lock) continue;  // It is being written to.
+    bool begins = false;
+    {
+      const std::lock_guard lock(peer->mutex);
+      if (!peer->seated) continue;
+      begins = peer->beginning != nullptr;
+    }
+    // Who joins again and reads nothing keeps nothing of what it had; resume() begins with that, too.
+    if (begins) peer->viewer.reset();
+    if (begins || peer->viewer.stale_bytes(*scene) <= scene_bytes) continue;
+    peer->log.with("model", room->name)
+        .warning("\"{}\" ({}) reads too slowly: begins anew with a snapshot", peer->hands.name, peer->id);
     peer->viewer.reset();
+    const std::lock_guard lock(peer->mutex);
     peer->has.reset();
   }
 }
@@ -153,6 +170,9 @@ net::ServerEvents Peers::events(net::Endpoint::Kind kind) {
   events.on_closed = [weak](const net::ConnectionPtr& connection, const std::string& reason) {
     if (const auto self = weak.lock()) self->on_closed(connection, reason);
   };
+  events.on_refused = [weak](net::RefusedAt where, const Error& error) {
+    if (const auto self = weak.lock()) self->count_refusal(where, error);
+  };
   events.on_overflow = [weak](const net::ConnectionPtr& connection) {
     const auto self = weak.lock();
     return self ? self->on_overflow(connection) : net::OverflowAction::close;
@@ -179,8 +199,40 @@ std::vector<PeerPtr> Peers::everybody_in(const Room& room) const {
   return result;
 }
 
+Peers::Seats Peers::seated_in(const Room& room) const {
+  std::uint64_t version = 0;
+  {
+    const std::lock_guard lock(seats_mutex_);
+    const auto found = seats_.find(&room);
+    if (found != seats_.end()) return found->second;
+    version = seats_version_;
+  }
+  std::vector<PeerPtr> seated = everybody_in(room);
+  std::erase_if(seated, [](const PeerPtr& peer) {
+    const std::lock_guard lock(peer->mutex);
+    return !peer->seated;
+  });
+  auto result = std::make_shared<const std::vector<PeerPtr>>(std::move(seated));
+  const std::lock_guard lock(seats_mutex_);
+  if (version == seats_version_) seats_[&room] = result;
+  return result;
+}
+
+void Peers::forget_seats() const {
+  const std::lock_guard lock(seats_mutex_);
+  seats_.clear();
+  ++seats_version_;
+}
+
 void Peers::notify_viewers(const Room& room) const {
-  for (const PeerPtr& peer : everybody_in(room)) peer->connection->notify_pull();
+  for (const PeerPtr& peer : everybody_in(room)) {
+    {
+      const std::lock_guard lock(peer->mutex);
+      peer->news = true;
+      if (peer->behind) continue;
+    }
+    peer->connection->notify_pull();
+  }
 }
 
 void Peers::send_presence(const Room& room, const v1::Presence& presence, const Peer* from) const {
@@ -189,7 +241,8 @@ void Peers::send_presence(const Room& room, const v1::Presence& presence, const 
   const auto frame = net::encode_frame(envelope);
   if (!frame) return;  // cleaned presence is small
   const net::SlotKey slot{presence_slot, presence_key(presence)};
-  for (const PeerPtr& peer : everybody_in(room)) {
+  const Seats seated = seated_in(room);
+  for (const PeerPtr& peer : *seated) {
     if (peer.get() != from) peer->connection->send_latest(slot, *frame);
   }
 }
@@ -220,17 +273,49 @@ void Peers::send_people(const Room& room) const {
   const auto frame = net::encode_frame(envelope);
   if (!frame) return;  // Names are short, connections few.
   const net::SlotKey slot{people_slot, "", net::Lane::notices};
-  for (const PeerPtr& peer : everybody_in(room)) {
+  const Seats seated = seated_in(room);
+  for (const PeerPtr& peer : *seated) {
     if (knows_sharing(*peer)) peer->connection->send_latest(slot, *frame);
   }
 }
 
 // ---- coming
 
+ClientLimits Peers::limits() const {
+  const std::lock_guard lock(limits_mutex_);
+  return limits_;
+}
+
+void Peers::set_limits(const ClientLimits& limits) {
+  const std::lock_guard lock(limits_mutex_);
+  limits_ = limits;
+}
+
+Logger Peers::log_of(const net::Connection& connection, const std::string& user) const {
+  Logger log = log_.with("client", std::to_string(connection.id()));
+  if (!user.empty()) log = log.with("user", user);
+  return log.with("remote", net::shown_remote(connection.peer()));
+}
+
+void Peers::count_refusal(net::RefusedAt where, const Error& error) const {
+  const RefusalCounter counter{options_.actor.metrics, {}};
+  switch (where) {
+    case net::RefusedAt::connection:
+      return counter.add(Asked::connection, error);
+    case net::RefusedAt::tls:
+      return counter.add(Asked::tls, error);
+    case net::RefusedAt::hello:
+      return counter.add(Asked::hello, error);
+    case net::RefusedAt::pairing:
+      return counter.add(Asked::pairing, error);
+  }
+}
+
 Result<net::Admission> Peers::admit(const net::PeerInfo& info, net::Endpoint::Kind kind) {
   auto user = gate_->authenticate(info, kind);
   if (!user) return user.error();
   net::Admission admission;
+  admission.user = user->name;
   if (!info.client_key.empty()) admission.client_id = derived_client_id(user->name, info.client_key);
   return admission;
 }
@@ -238,7 +323,9 @@ Result<net::Admission> Peers::admit(const net::PeerInfo& info, net::Endpoint::Ki
 Status Peers::on_join(const net::ConnectionPtr& connection, net::Endpoint::Kind kind) {
   auto user = gate_->authenticate(connection->peer(), kind);
   if (!user) return user.error();
-  auto peer = std::make_shared<Peer>(connection, kind, *std::move(user), rooms_->first(), options_);
+  Logger log = log_of(*connection, user->name);
+  auto peer = std::make_shared<Peer>(connection, kind, *std::move(user), rooms_->first(), options_, limits(),
+                                     packs_, std::move(log));
   connection->user_data = std::weak_ptr<Peer>(peer);  // `peers` holds it: the two must not hold each other
   PeerPtr older;
   {
@@ -252,7 +339,7 @@ Status Peers::on_join(const net::ConnectionPtr& connection, net::Endpoint::Kind 
     older->connection->fail(
         make_error(ErrorCode::cancelled, "the same client has connected anew", "hello.client_key"));
   }
-  log_.info("{} \"{}\" connected as {}", connection->peer().program, connection->peer().name, peer->id);
+  peer->log.info("{} \"{}\" connected as {}", connection->peer().program, connection->peer().name, peer->id);
   const std::lock_guard lock(peers_mutex_);
   peers_[peer->id] = peer;
   peer->number = ++clients_served_;
@@ -280,7 +367,7 @@ void Peers::look_at_access() {
   for (const PeerPtr& peer : everybody()) {
     const RoomPtr room = room_of(*peer);
     const v1::Role role = role_of(*peer, *room);
-    bool joined = false, hands_end = false;
+    bool joined = false, hands_end = false, shapes = true;
     {
       const std::lock_guard lock(peer->mutex);
       joined = peer->joined;
@@ -289,20 +376,32 @@ void Peers::look_at_access() {
     if (!gate_->still_welcome(peer->user) || (joined && role == v1::ROLE_UNSPECIFIED)) {
       peer->connection->fail(
           make_error(ErrorCode::permission_denied, "your access to this server was revoked", "user"));
+      // What it held is free at once, not when its connection is over.
+      depart(peer, "access was revoked");
       continue;
     }
     {
       const std::lock_guard lock(peer->mutex);
       if (!peer->joined || std::exchange(peer->told_role, role) == role) continue;
-      if (!access::at_least(role, v1::ROLE_EDITOR)) hands_end = std::exchange(peer->brings_hands, false);
+      shapes = access::at_least(role, v1::ROLE_EDITOR);
+      if (!shapes) hands_end = std::exchange(peer->brings_hands, false);
     }
     if (hands_end) room->actor->hand_gone(peer->hands);
+    if (!shapes) room->actor->end_leases(peer->id);
+    peer->log.with("model", room->name).info("the role is now {}", access::role_name(role));
     send_joined(*peer, *room, role, true);
     send_people(*room);
   }
 }
 
 Status Peers::join(const PeerPtr& peer, const v1::Join& message) {
+  Status begun = try_join(peer, message);
+  // The name that it said may be none, and of no model.
+  if (!begun) RefusalCounter{options_.actor.metrics, {}}.add(Asked::join, begun.error());
+  return begun;
+}
+
+Status Peers::try_join(const PeerPtr& peer, const v1::Join& message) {
   const std::string name = message.model().empty() ? rooms_->first()->name : message.model();
   if (Status good = check_model_name(name); !good) return good;
   const auto role = gate_->enter(peer->user, name, peer->connection->peer().role);
@@ -349,6 +448,7 @@ void Peers::entered(const PeerPtr& peer, const v1::Join& message, v1::Role role,
     }
   }
   if (!room) {
+    RefusalCounter{options_.actor.metrics, {}}.add(Asked::join, room.error());
     peer->connection->fail(room.error());
   } else if (gone) {
     rooms_->leave(*room);
@@ -360,6 +460,7 @@ void Peers::entered(const PeerPtr& peer, const v1::Join& message, v1::Role role,
 
 void Peers::begin(const PeerPtr& peer, const RoomPtr& room, const v1::Join& message, v1::Role role) {
   gate_->joined(peer->user, room->name, role, peer->connection->peer().program);
+  peer->log.with("model", room->name).info("joined as {}", access::role_name(role));
   {
     const std::lock_guard lock(peer->mutex);
     peer->joined = true;
@@ -367,18 +468,25 @@ void Peers::begin(const PeerPtr& peer, const RoomPtr& room, const v1::Join& mess
     peer->told_role = role;
     if (peer->joined_ns == 0) peer->joined_ns = options_.wall_ns();
   }
-  room->actor->viewer_came(peer->id, peer->hands.name, [weak = weak_from_this(), peer, room, message] {
-    if (const auto self = weak.lock()) self->seat(peer, room, message);
-  });
+  forget_seats();
+  room->actor->viewer_came(
+      peer->id, peer->hands.name,
+      [weak = weak_from_this(), peer, room, asked = std::make_shared<const v1::Join>(message)] {
+        if (const auto self = weak.lock()) self->seat(peer, room, asked);
+      });
 }
 
-void Peers::seat(const PeerPtr& peer, const RoomPtr& room, const v1::Join& message) {
+void Peers::seat(const PeerPtr& peer, const RoomPtr& room, const std::shared_ptr<const v1::Join>& message) {
   bool resumed = false;
   v1::Role role = v1::ROLE_UNSPECIFIED;
   {
     const std::lock_guard lock(peer->mutex);
     if (!peer->joined) return;
-    resumed = peer->viewer.resume(message, *room->actor->scene());
+    resumed = peer->viewer.can_resume(*message, *room->actor->scene());
+    // What cannot be gone on with is not kept: it may be large.
+    peer->beginning = resumed ? message : std::make_shared<const v1::Join>();
+    peer->seated = false;
+    peer->behind = true;
     peer->has.reset();
     role = peer->told_role;
   }
@@ -387,6 +495,7 @@ void Peers::seat(const PeerPtr& peer, const RoomPtr& room, const v1::Join& messa
     const std::lock_guard lock(peer->mutex);
     peer->seated = true;  // From now on, since the scene comes after that.
   }
+  forget_seats();
   peer->connection->set_pull(
       [weak = weak_from_this(), weak_peer = std::weak_ptr(peer)]() -> std::optional<net::Frame> {
         const auto self = weak.lock();
@@ -416,6 +525,11 @@ void Peers::depart(const PeerPtr& peer, const std::string& reason) {
     brings_hands = peer->brings_hands;
     counted = peer->counted;
     peer->joined = peer->seated = false;
+    peer->beginning.reset();
+  }
+  forget_seats();
+  {
+    const std::lock_guard lock(peer->viewer_mutex);
     peer->viewer.reset();
   }
   {
@@ -423,7 +537,8 @@ void Peers::depart(const PeerPtr& peer, const std::string& reason) {
     const auto found = peers_.find(peer->id);
     if (found != peers_.end() && found->second == peer) peers_.erase(found);
   }
-  log_.info("\"{}\" ({}) is gone: {}", peer->hands.name, peer->id, reason);
+  const Logger log = counted ? peer->log.with("model", room->name) : peer->log;
+  log.info("\"{}\" ({}) is gone: {}", peer->hands.name, peer->id, reason);
   gate_->left(peer->user, room->name, reason);
   if (brings_hands)
     room->actor->hand_gone(peer->hands);  // Which tells the others when the last frame is handled.
@@ -444,7 +559,7 @@ void Peers::depart(const PeerPtr& peer, const std::string& reason) {
 // left so many unread would not miss a closed connection, and by its client_op_ids it may ask for them again.
 net::OverflowAction Peers::on_overflow(const net::ConnectionPtr& connection) {
   if (const PeerPtr peer = peer_of(connection)) {
-    log_.warning("\"{}\" ({}) leaves its answers unread: closed", connection->peer().name, peer->id);
+    peer->log.warning("\"{}\" ({}) leaves its answers unread: closed", connection->peer().name, peer->id);
   }
   return net::OverflowAction::close;
 }
@@ -497,6 +612,7 @@ std::vector<ModelFigures> Peers::models() const {
   for (const RoomPtr& room : rooms_->open_rooms()) {
     ModelFigures model;
     model.name = room->name;
+    model.clients = everybody_in(*room).size();
     model.sequence = room->actor->scene()->sequence;
     if (room->store) {
       model.kept = true;

@@ -3,8 +3,10 @@
 // as far as it is well-formed, and without what nobody draws.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
+#include "common/base/log.h"
 #include "proto/scene.pb.h"
 #include "proto/tracking.pb.h"
 #include "server-model/interaction/interaction.h"
@@ -18,8 +20,9 @@ v1::Presence clean_presence(v1::Presence presence);
 
 /// Whose hands they are.
 struct HandOwner {
-  std::uint64_t client_id = 0;  ///< 0: the server's own tracking.
-  std::string name = "hand";    ///< Shown to others.
+  std::uint64_t client_id = 0;     ///< 0: the server's own tracking.
+  std::string name = "hand";       ///< Shown to others.
+  std::optional<Logger> log = {};  ///< Says in its lines which client it is; nullopt: the model's own.
 };
 
 /// What others call one of its hands, from 0: two of them have two names.

@@ -142,12 +142,12 @@ void Rooms::open(const std::string& name) {
   Result<RoomPtr> room = make_error(ErrorCode::internal, "not opened");
   if (opened) {
     room = furnish_(name, *std::move(opened));
-    log_.info("model \"{}\" is open", name);
+    log_.with("model", name).info("model \"{}\" is open", name);
   } else {
     room = make_error(opened.error().code,
                       fmt::format("the model \"{}\" cannot be opened: {}", name, opened.error().message),
                       "join.model");
-    log_.error("{}", room.error().message);
+    log_.with("model", name).error("{}", room.error().message);
   }
   std::vector<Entered> waiting;
   {
@@ -214,7 +214,7 @@ void Rooms::tick() {
   }
   // Whoever joins from now on waits until it is closed and opened again: the queue is in order.
   for (RoomPtr& room : unused) {
-    log_.info("model \"{}\" is closed: nobody was there for a while", room->name);
+    log_.with("model", room->name).info("model \"{}\" is closed: nobody was there for a while", room->name);
     queue_->post([room = std::move(room)] { room->close(); });
   }
 }

@@ -1,5 +1,8 @@
 #include "server-model/session/serve.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
@@ -100,8 +103,9 @@ Result<OpenedModel> open_file(const std::filesystem::path& path, const Logger& l
   store_options.now_ns = wall_clock_ns;
   auto opened = store::ModelStore::open(path, model::context_on_all_cores(), std::move(store_options));
   if (!opened) return make_error(opened.error().code, opened.error().message, "store");
-  log.info("{}: {} operations, of which {} were replayed", path.string(), opened->model.sequence(),
-           opened->replayed);
+  log.with("model", path.stem().string())
+      .info("{}: {} operations, of which {} were replayed", path.string(), opened->model.sequence(),
+            opened->replayed);
   return OpenedModel{std::move(opened->model), std::move(opened->store)};
 }
 
@@ -131,7 +135,7 @@ Result<Served> served_folder(const ServeOptions& options, const Logger& log) {
     const auto path = folder / (name + std::string(model_suffix));
     served = served_file(options, path, std::move(name), log);
     if (served || served.error().field == "script") break;
-    log.error("{}: {}", path.string(), served.error().message);
+    log.with("model", path.stem().string()).error("{}: {}", path.string(), served.error().message);
   }
   return served;
 }
@@ -198,7 +202,8 @@ class Session {
     options_.limits.apply_to(server_options);
     auto gate = gate_of(options_, log_);
     if (!gate) return gate.error();
-    server_options.gate = *std::move(gate);
+    gate_ = *std::move(gate);
+    server_options.gate = gate_;
     server_options.files = options_.files;
     server_options.actor.interaction = options_.interaction;
     server_options.actor.export_folder = options_.files.write_folder;
@@ -216,7 +221,6 @@ class Session {
       // Ids of the log's clients never come again, or a new client would get an old one's answers.
       server_options.net.first_client_id += served.store->epoch() << epoch_shift;
     }
-    store_ = served.store;
     server_options.actor.metrics = metrics_;
     server_options.actor.store = std::move(served.store);
     server_options.actor.epoch = static_cast<std::uint64_t>(to_ns(clock_.now()));
@@ -232,10 +236,7 @@ class Session {
           std::make_unique<TrackingLink>(*endpoint, server_->actor(), clock_, log_.component("tracking"));
     }
     WatchHooks hooks;
-    hooks.ask_model = [this](std::function<void()> answered) {
-      // A question without a body: refused at once, in its turn.
-      server_->actor().ask({}, [answered = std::move(answered)](const auto&) { answered(); });
-    };
+    hooks.models = [this] { return watched_models(); };
     hooks.figures = [this] { return present_figures(); };
     hooks.ready = [this] { return ready(); };
     auto watch = ServeWatch::start(context_.get_executor(), options_.metrics, metrics_, service_,
@@ -243,7 +244,7 @@ class Session {
     if (!watch) return watch.error();
     watch_ = *std::move(watch);
     out << ready_line(server_->endpoints(), watch_->metrics_endpoint()) << std::endl;
-    service_.ready("Serving " + (options_.store.empty() ? "a model" : options_.store));
+    service_.ready(serving());
     context_.run();  // ends when connections are closed and timers are done
     return write_report();
   }
@@ -254,27 +255,61 @@ class Session {
     present.clients = server_->clients();
     present.clients_served = server_->clients_served();
     present.models = server_->models();
+    present.packs = server_->packs();
     return present;
+  }
+
+  std::string serving() const {
+    if (!options_.models.empty()) return "Serving the models in " + options_.models;
+    return "Serving " + (options_.store.empty() ? "a model" : options_.store);
+  }
+
+  std::vector<WatchedModel> watched_models() const {
+    std::vector<WatchedModel> watched;
+    for (const RoomPtr& room : server_->open_rooms()) {
+      WatchedModel model;
+      model.name = room->name;
+      model.held = room;
+      model.ask = [weak = std::weak_ptr(room)](std::function<void()> answered) {
+        // A question without a body: refused at once, in its turn.
+        if (const RoomPtr open = weak.lock())
+          open->actor->ask({}, [answered = std::move(answered)](const auto&) { answered(); });
+      };
+      if (room->store) model.kept = [store = room->store] { return store->failure(); };
+      watched.push_back(std::move(model));
+    }
+    return watched;
   }
 
   Status ready() const {
     if (stopping_) return make_error(ErrorCode::cancelled, "the server stops");
-    return store_ ? store_->failure() : Status();
+    return {};
+  }
+
+  void reload() {
+    const auto read = options_.reload();
+    auto gate_options = read ? read->limits.gate_options() : Result<access::GateOptions>(read.error());
+    if (!gate_options) {
+      log_.error("the configuration stays as it was: {}", gate_options.error().describe());
+      return;
+    }
+    log_.set_level(read->log_level);
+    ServerOptions limits;
+    read->limits.apply_to(limits);
+    server_->set_limits(limits);
+    gate_->set_options(*gate_options);
+    log_.info(
+        "the configuration was read again; changed: {}; with the next start: {}",
+        read->changed.empty() ? "nothing" : fmt::format("{}", fmt::join(read->changed, ", ")),
+        read->needs_restart.empty() ? "nothing" : fmt::format("{}", fmt::join(read->needs_restart, ", ")));
   }
 
   void wait_for_reload() {
     hangups_.async_wait([this](const boost::system::error_code& error, int) {
       if (error) return;
       service_.reloading("Reading the configuration again");
-      if (options_.reload) {
-        if (const auto level = options_.reload(); level) {
-          log_.set_level(*level);
-          log_.info("the configuration was read again; of it the log level holds from now on");
-        } else {
-          log_.error("the configuration stays as it was: {}", level.error().describe());
-        }
-      }
-      service_.ready("Serving");
+      if (options_.reload && server_ && !stopping_) reload();
+      service_.ready(serving());
       wait_for_reload();
     });
   }
@@ -344,7 +379,7 @@ class Session {
   Logger log_;
   std::optional<StopDeadline> deadline_;  ///< Of all that follows.
   std::shared_ptr<SessionMetrics> metrics_ = std::make_shared<SessionMetrics>();
-  std::shared_ptr<store::ModelStore> store_;
+  std::shared_ptr<access::Gate> gate_;
   boost::asio::io_context context_;
   boost::asio::signal_set hangups_{context_, SIGHUP};
   boost::asio::steady_timer timer_{context_};
@@ -360,8 +395,7 @@ class Session {
 }  // namespace
 
 int serve(const ServeOptions& options, std::ostream& out) {
-  const Logger log =
-      Logger("modeld", options.log_level, options.log_format).with("model", ServerOptions{}.model_name);
+  const Logger log("modeld", options.log_level, options.log_format);
   const auto fail = [&](const Error& error) {
     log.error("{}", error.describe());
     return 1;

@@ -15,6 +15,14 @@
 
 namespace handloft::session {
 
+/// A configuration that was read again while the server runs.
+struct Reloaded {
+  LogLevel log_level = LogLevel::info;
+  ServiceLimits limits;                    ///< Of which those count that ServiceLimits::holds_at_once() says.
+  std::vector<std::string> changed;        ///< "--limits-max-connections: 256 before, 32 now"
+  std::vector<std::string> needs_restart;  ///< The same of what holds with the next start.
+};
+
 struct ServeOptions {
   enum class AtEnd { stay, exit };
 
@@ -40,8 +48,8 @@ struct ServeOptions {
   LogLevel log_level = LogLevel::info;
   LogFormat log_format = LogFormat::text;
   std::string metrics;  ///< Where metrics and health are served (serve_watch.h); empty: nowhere.
-  /// SIGHUP: the configuration read anew, of which the log level changes at once; empty: nothing is read.
-  std::function<Result<LogLevel>()> reload;
+  /// SIGHUP: reads the configuration anew; an error changes nothing. Empty: nothing is read.
+  std::function<Result<Reloaded>()> reload;
 };
 
 /// Prints one line of JSON on `out` when ready:

@@ -25,25 +25,17 @@ constexpr Duration alive_within = 30s;
 
 struct ServeWatch::Implementation : std::enable_shared_from_this<ServeWatch::Implementation> {
   Implementation(const boost::asio::any_io_executor& executor, std::shared_ptr<SessionMetrics> counted,
-                 net::ServiceManager& manager, WatchHooks asked, const Clock& used)
+                 net::ServiceManager& manager, WatchHooks asked, const Clock& used, Logger its_log)
       : timer(executor),
         metrics(std::move(counted)),
         service(manager),
         hooks(std::move(asked)),
         clock(used),
-        answered_ns(to_ns(used.now())) {}
+        log(std::move(its_log)) {}
 
   void beat() {
     if (stopped) return;
-    if (!waiting.exchange(true)) {
-      hooks.ask_model([weak = weak_from_this()] {
-        const auto self = weak.lock();
-        if (!self) return;
-        self->answered_ns = to_ns(self->clock.now());
-        self->waiting = false;
-        if (!self->stopped) self->service.alive();
-      });
-    }
+    look();
     const auto interval = service.watchdog_interval();
     timer.expires_after(interval ? std::min(*interval, beat_every) : beat_every);
     timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
@@ -52,13 +44,107 @@ struct ServeWatch::Implementation : std::enable_shared_from_this<ServeWatch::Imp
     });
   }
 
-  Status alive() const {
-    const Duration silence = clock.now() - from_ns(answered_ns);
-    if (silence <= alive_within) return {};
+  /// Models are opened and closed at any time.
+  void refresh() {
+    std::erase_if(watched, [](const Watched& each) { return each.model.held.expired(); });
+    for (WatchedModel& model : hooks.models()) {
+      const auto known = std::find_if(watched.begin(), watched.end(), [&](const Watched& each) {
+        return !each.model.held.owner_before(model.held) && !model.held.owner_before(each.model.held);
+      });
+      if (known != watched.end()) continue;
+      auto life = std::make_shared<Life>();
+      life->answered_ns = to_ns(clock.now());
+      watched.push_back({std::move(model), std::move(life), false});
+    }
+  }
+
+  /// Asks every model, and tells systemd when all have answered since it was told last.
+  void look() {
+    refresh();
+    std::int64_t oldest = to_ns(clock.now());
+    for (Watched& each : watched) {
+      oldest = std::min(oldest, each.life->answered_ns.load());
+      const Status living = alive(each);
+      if (!living && !each.told) log.with("model", each.model.name).error("{}", living.error().message);
+      each.told = !living;
+      if (each.life->waiting.exchange(true)) continue;
+      each.model.ask([life = each.life, &time = clock] {
+        life->answered_ns = to_ns(time.now());
+        life->waiting = false;
+      });
+    }
+    if (oldest <= told_ns) return;
+    told_ns = oldest;
+    service.alive();
+  }
+
+  struct Life {
+    std::atomic<std::int64_t> answered_ns{0};
+    std::atomic<bool> waiting = false;
+  };
+  struct Watched {
+    WatchedModel model;
+    std::shared_ptr<Life> life;
+    bool told = false;  ///< That it hangs.
+  };
+
+  Duration silence_of(const Watched& each) const { return clock.now() - from_ns(each.life->answered_ns); }
+
+  Status alive(const Watched& each) const {
+    const Duration silence = silence_of(each);
+    if (silence <= alive_within || each.model.held.expired()) return {};
     return make_error(ErrorCode::timeout,
-                      fmt::format("the model's thread has not answered for {} s",
+                      fmt::format("the thread of the model \"{}\" has not answered for {} s", each.model.name,
                                   std::chrono::duration_cast<std::chrono::seconds>(silence).count()),
                       "model");
+  }
+
+  /// The first thing that is wrong, and how many more are.
+  template <typename Check>
+  Status all(const Check& check) const {
+    Status first;
+    std::size_t more = 0;
+    for (const Watched& each : watched) {
+      Status status = check(each);
+      if (status) continue;
+      if (first) {
+        first = std::move(status);
+      } else {
+        ++more;
+      }
+    }
+    if (first || more == 0) return first;
+    return make_error(first.error().code, fmt::format("{} (and {} more)", first.error().message, more),
+                      first.error().field);
+  }
+
+  Status alive() {
+    refresh();
+    return all([this](const Watched& each) { return alive(each); });
+  }
+
+  Status ready() {
+    refresh();
+    if (Status server_is = hooks.ready ? hooks.ready() : Status(); !server_is) return server_is;
+    return all([this](const Watched& each) -> Status {
+      if (Status living = alive(each); !living) return living;
+      const Status kept = each.model.kept && !each.model.held.expired() ? each.model.kept() : Status();
+      if (kept) return {};
+      return make_error(kept.error().code,
+                        fmt::format("the model \"{}\": {}", each.model.name, kept.error().message), "model");
+    });
+  }
+
+  std::string text() {
+    refresh();
+    PresentFigures figures = hooks.figures();
+    for (ModelFigures& model : figures.models) {
+      for (const Watched& each : watched) {
+        if (each.model.name == model.name && !each.model.held.expired())
+          model.silence_s = std::chrono::duration<double>(silence_of(each)).count();
+      }
+    }
+    return metrics->text(figures);
   }
 
   boost::asio::steady_timer timer;
@@ -66,9 +152,10 @@ struct ServeWatch::Implementation : std::enable_shared_from_this<ServeWatch::Imp
   net::ServiceManager& service;
   WatchHooks hooks;
   const Clock& clock;
+  Logger log;
   std::unique_ptr<net::MetricsServer> server;
-  std::atomic<std::int64_t> answered_ns;
-  std::atomic<bool> waiting = false;
+  std::vector<Watched> watched;
+  std::int64_t told_ns = 0;  ///< Since when all models had answered when systemd was told last.
   std::atomic<bool> stopped = false;
 };
 
@@ -85,23 +172,18 @@ Result<std::unique_ptr<ServeWatch>> ServeWatch::start(const boost::asio::any_io_
                                                       net::ServiceManager& service, WatchHooks hooks,
                                                       const Clock& clock, const Logger& log) {
   auto implementation =
-      std::make_shared<Implementation>(executor, std::move(metrics), service, std::move(hooks), clock);
+      std::make_shared<Implementation>(executor, std::move(metrics), service, std::move(hooks), clock, log);
   if (!metrics_at.empty()) {
     const bool has_scheme = metrics_at.starts_with("tcp:") || metrics_at.starts_with("unix:");
     auto endpoint = net::parse_endpoint(has_scheme ? metrics_at : "tcp:" + metrics_at);
     if (!endpoint) return make_error(endpoint.error().code, endpoint.error().message, "metrics");
     const auto alive = [raw = implementation.get()] { return raw->alive(); };
-    const auto ready = [raw = implementation.get()]() -> Status {
-      if (const Status living = raw->alive(); !living) return living;
-      return raw->hooks.ready();
-    };
+    const auto ready = [raw = implementation.get()] { return raw->ready(); };
     // The server goes before the implementation that its pages are of.
-    auto server = net::MetricsServer::listen(executor, *endpoint, "handloft-modeld",
-                                             [raw = implementation.get()] {
-                                               return raw->stopped ? std::string()
-                                                                   : raw->metrics->text(raw->hooks.figures());
-                                             },
-                                             log.component("metrics"), {alive, ready});
+    auto server = net::MetricsServer::listen(
+        executor, *endpoint, "handloft-modeld",
+        [raw = implementation.get()] { return raw->stopped ? std::string() : raw->text(); },
+        log.component("metrics"), {alive, ready});
     if (!server) return make_error(server.error().code, server.error().message, "metrics");
     implementation->server = *std::move(server);
   }
@@ -112,6 +194,18 @@ Result<std::unique_ptr<ServeWatch>> ServeWatch::start(const boost::asio::any_io_
 std::optional<net::Endpoint> ServeWatch::metrics_endpoint() const {
   if (!implementation_->server) return std::nullopt;
   return implementation_->server->endpoint();
+}
+
+Status ServeWatch::alive() const {
+  return implementation_->alive();
+}
+
+Status ServeWatch::ready() const {
+  return implementation_->ready();
+}
+
+void ServeWatch::look() {
+  implementation_->look();
 }
 
 void ServeWatch::stop() {

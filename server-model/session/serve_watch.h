@@ -1,6 +1,6 @@
 #pragma once
 // What watches a running server from outside (issue 7, part 6): its metrics and health over HTTP, the word to
-// systemd that the model's thread is alive, and an end that comes in time even when a disk hangs.
+// systemd that the models' threads are alive, and an end that comes in time even when a disk hangs.
 
 #include <boost/asio/any_io_executor.hpp>
 #include <condition_variable>
@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/log.h"
@@ -20,12 +21,22 @@
 
 namespace handloft::session {
 
+/// One that is served now.
+struct WatchedModel {
+  std::string name;
+  /// Watched as long as this lives, also when it is no longer named: a model that is being closed may hang,
+  /// too.
+  std::weak_ptr<const void> held;
+  /// Calls back from the model's thread, in its turn. Must not keep the model alive.
+  std::function<void(std::function<void()> answered)> ask;
+  std::function<Status()> kept;  ///< Why nothing can be kept any more; empty: nothing is to be.
+};
+
+/// All on the executor.
 struct WatchHooks {
-  /// Calls back from the model's thread, in its turn.
-  std::function<void(std::function<void()> answered)> ask_model;
-  /// On the executor.
+  std::function<std::vector<WatchedModel>()> models;
   std::function<PresentFigures()> figures;
-  std::function<Status()> ready;
+  std::function<Status()> ready;  ///< Of the server beside its models.
 };
 
 class ServeWatch {
@@ -43,6 +54,12 @@ class ServeWatch {
   ServeWatch& operator=(const ServeWatch&) = delete;
 
   std::optional<net::Endpoint> metrics_endpoint() const;
+  /// All models' threads have answered within 30 s; else which has not (field "model").
+  Status alive() const;
+  /// Alive, and every model can be kept; else which cannot and why.
+  Status ready() const;
+  /// Asks all models for a sign of life: done once a second by itself.
+  void look();
   /// Asks nothing and nobody any more.
   void stop();
 

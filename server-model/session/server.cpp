@@ -47,6 +47,24 @@ class Watch : public std::enable_shared_from_this<Watch> {
 
 }  // namespace
 
+namespace {
+
+/// Where the others' hands are is drawn 60 to 120 times a second; one presence at a time for each of them
+/// would cost the server a write and the receiver a waking each.
+constexpr std::chrono::milliseconds presences_apart{4};
+
+net::ServerOptions net_options(const ServerOptions& options) {
+  net::ServerOptions net = options.net;
+  net.states_apart = presences_apart;
+  net.outbox.max_queued_bytes = options.client_memory.answers_bytes;
+  net.outbox.max_slots = options.client_memory.max_presences;
+  net.outbox.max_slot_bytes = options.client_memory.presence_bytes;
+  net.outbox.max_notice_bytes = options.client_memory.notices_bytes;
+  return net;
+}
+
+}  // namespace
+
 struct Server::Implementation {
   std::shared_ptr<Watch> watch;
   std::shared_ptr<Peers> peers;
@@ -79,11 +97,7 @@ Result<std::unique_ptr<Server>> Server::start(const boost::asio::any_io_executor
     if (!tls) return tls.error();
     options.net.tls = *std::move(tls);
   }
-  net::ServerOptions net = options.net;
-  net.outbox.max_queued_bytes = options.client_memory.answers_bytes;
-  net.outbox.max_slots = options.client_memory.max_presences;
-  net.outbox.max_slot_bytes = options.client_memory.presence_bytes;
-  net.outbox.max_notice_bytes = options.client_memory.notices_bytes;
+  net::ServerOptions net = net_options(options);
   const std::uint64_t first_client_id = net.first_client_id;
   auto implementation = std::make_unique<Implementation>();
   implementation->peers =
@@ -138,8 +152,23 @@ std::vector<ClientFigures> Server::clients() const {
   return implementation_->peers->clients();
 }
 
+stream::PackCacheStatistics Server::packs() const {
+  return implementation_->peers->packs();
+}
+
 std::vector<ModelFigures> Server::models() const {
   return implementation_->peers->models();
+}
+
+std::vector<RoomPtr> Server::open_rooms() const {
+  return implementation_->peers->rooms().open_rooms();
+}
+
+void Server::set_limits(const ServerOptions& options) {
+  const net::ServerOptions net = net_options(options);
+  for (const auto& server : implementation_->servers) server->set_limits(net);
+  implementation_->peers->set_limits(
+      {options.max_pending_requests, options.max_pending_bytes, options.client_memory.scene_bytes});
 }
 
 void Server::flush() const {

@@ -15,6 +15,7 @@
 #include "common/net/message_server.h"
 #include "server-model/session/latency.h"
 #include "server-model/session/model_actor.h"
+#include "server-model/session/room.h"
 #include "server-model/session/server_options.h"
 
 namespace handloft::session {
@@ -45,10 +46,15 @@ class Server {
   std::uint64_t clients_served() const;
   std::vector<ClientFigures> clients() const;  ///< Of those who are there, for metrics.
   std::vector<ModelFigures> models() const;    ///< That are open, the first one first.
+  stream::PackCacheStatistics packs() const;   ///< What their viewers share.
   /// Waits until all that was applied is on the disk or has failed to be, and told.
   void flush() const;
   /// From the capture of a tracking frame to the composing of the first delta that shows it, per viewer.
   LatencySummary capture_to_delta() const;
+  std::vector<RoomPtr> open_rooms() const;
+  /// Other limits of clients, for who comes from now on: those of `options` that MessageServer::set_limits()
+  /// and Peers::set_limits() take.
+  void set_limits(const ServerOptions& options);
 
   /// Sends what waits, tells everybody that the server stops, closes them and ends the model's thread.
   void stop();

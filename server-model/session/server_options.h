@@ -31,6 +31,13 @@ struct ClientMemory {
   std::size_t max_presences = 1024;  ///< Hands of everybody.
 };
 
+/// Of one client, and may change while the server runs.
+struct ClientLimits {
+  std::size_t max_pending_requests = 0;  ///< ServerOptions has what the three are.
+  std::size_t max_pending_bytes = 0;
+  std::size_t scene_bytes = 0;
+};
+
 struct ServerOptions {
   std::string model_name = "main";  ///< Of the first model, which an empty Join means.
   RoomsOptions rooms;               ///< The other models; by default there are none.
@@ -42,6 +49,7 @@ struct ServerOptions {
   /// Who may come in and what they may do; null: Gate::without_file().
   std::shared_ptr<access::Gate> gate = {};
   stream::ViewerLimits viewer;
+  stream::PackCacheOptions packs;  ///< What viewers share of what they are sent, of all models together.
   /// Submits, asks and commands of one peer that are not yet answered. With so many under way nothing more is
   /// read of the peer until half are answered, so that none can fill our memory; the one that reaches the
   /// bytes is still taken.

@@ -1,5 +1,7 @@
 #include "server-model/session/service_limits.h"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 
 namespace handloft::session {
@@ -23,6 +25,11 @@ void ServiceLimits::add_to(OptionTable& table) {
             "The same of one address, by tcp: and tls:", whole(1, 10'000));
   table.add("limits.hello_timeout_s", hello_timeout_s, "Within which a client must have said hello",
             NumberRange{.min = 0.1, .max = 60, .value_name = "S"});
+  table.add("limits.max_handshakes_per_s", max_handshakes_per_s,
+            "TLS handshakes that are begun, each of which costs a signature; more are let go; 0: any number",
+            whole(0, 100'000));
+  table.add("limits.max_handshakes_per_s_per_address", max_handshakes_per_s_per_address,
+            "The same of one address", whole(0, 100'000));
   table.add("limits.max_message_kib", max_message_kib,
             "Of one message; before the hello 4 KiB whatever this says", whole(64, 256 * 1024, "KIB"));
   table.add("limits.max_messages_per_s", max_messages_per_s,
@@ -72,6 +79,8 @@ void ServiceLimits::apply_to(ServerOptions& options) const {
   options.net.max_half_open = max_half_open;
   options.net.max_half_open_per_address = max_half_open_per_address;
   options.net.hello_timeout = std::chrono::milliseconds(static_cast<std::int64_t>(hello_timeout_s * 1000));
+  options.net.handshakes = {static_cast<std::uint32_t>(max_handshakes_per_s),
+                            static_cast<std::uint32_t>(max_handshakes_per_s_per_address)};
   options.net.max_frame_bytes = static_cast<std::uint32_t>(max_message_kib * kib);
   options.net.max_messages_per_s = static_cast<std::uint32_t>(max_messages_per_s);
   options.net.send_buffer_bytes = static_cast<int>(send_buffer_kib * kib);
@@ -83,6 +92,15 @@ void ServiceLimits::apply_to(ServerOptions& options) const {
   options.client_memory.presence_bytes = presence_kib * kib;
   options.client_memory.notices_bytes = notices_kib * kib;
   options.client_memory.scene_bytes = scene_kib * kib;
+}
+
+bool ServiceLimits::holds_at_once(std::string_view flag) {
+  // Each viewer's messages are cut by the first, each hand's inbox is made with the second, and the third is
+  // the mode of a socket's file.
+  constexpr std::array<std::string_view, 3> with_the_next_start{
+      "--limits-max-message-kib", "--limits-max-hand-frames-per-s", "--people-local-users"};
+  return (flag.starts_with("--limits-") || flag.starts_with("--people-")) &&
+         std::find(with_the_next_start.begin(), with_the_next_start.end(), flag) == with_the_next_start.end();
 }
 
 Result<access::GateOptions> ServiceLimits::gate_options() const {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "common/base/config.h"
 #include "common/base/result.h"
@@ -18,12 +19,14 @@ struct ServiceLimits {
   std::uint64_t max_half_open = 64;
   std::uint64_t max_half_open_per_address = 32;
   double hello_timeout_s = 5;
-  std::uint64_t max_message_kib = 16 * 1024;
+  std::uint64_t max_handshakes_per_s = 200;  ///< By TLS: 0.2 ms each, so 4 % of a core.
+  std::uint64_t max_handshakes_per_s_per_address = 30;
+  std::uint64_t max_message_kib = 16'384;
   std::uint64_t max_messages_per_s = 5000;  ///< A client's hands and head at 250 Hz are 750.
   std::uint64_t max_pending_requests = 64;
-  std::uint64_t max_pending_kib = 32 * 1024;
+  std::uint64_t max_pending_kib = 32'768;
   double max_hand_frames_per_s = 240;
-  std::uint64_t answers_kib = 8 * 1024;
+  std::uint64_t answers_kib = 8'192;
   std::uint64_t presence_kib = 1024;
   std::uint64_t notices_kib = 1024;
   std::uint64_t scene_kib = 2048;
@@ -44,6 +47,9 @@ struct ServiceLimits {
   /// "limits.max_connections", ... This must outlive the table.
   void add_to(OptionTable& table);
   void apply_to(ServerOptions& options) const;
+  /// Whether the option with that flag, "--limits-max-connections", holds in a running server when its
+  /// configuration is read again; if not, with the next start.
+  static bool holds_at_once(std::string_view flag);
   /// Errors: invalid_argument for the TCP role.
   Result<access::GateOptions> gate_options() const;
 };

@@ -8,16 +8,64 @@
 
 namespace handloft::session {
 
-void SessionMetrics::applied(v1::Operation::BodyCase kind, Duration after) {
+namespace {
+
+constexpr std::size_t most_models_by_name = 64;
+/// No model can be called so (check_model_name()).
+constexpr const char* other_models = "(others)";
+
+std::string_view word_of(Asked what) {
+  switch (what) {
+    case Asked::connection:
+      return "connection";
+    case Asked::tls:
+      return "tls";
+    case Asked::hello:
+      return "hello";
+    case Asked::pairing:
+      return "pairing";
+    case Asked::join:
+      return "join";
+    case Asked::operation:
+      return "operation";
+    case Asked::command:
+      return "command";
+    case Asked::query:
+      return "query";
+    case Asked::lease:
+      return "lease";
+    case Asked::hand:
+      return "hand";
+  }
+  return "";
+}
+
+}  // namespace
+
+SessionMetrics::OfModel& SessionMetrics::of_model(const std::string& name) {
+  if (const auto found = models_.find(name); found != models_.end()) return found->second;
+  return models_[models_.size() < most_models_by_name ? name : other_models];
+}
+
+void SessionMetrics::applied(const std::string& model, v1::Operation::BodyCase kind, Duration after) {
   applied_.add(after);
   const auto* field = v1::Operation::descriptor()->FindFieldByNumber(kind);
   const std::lock_guard lock(mutex_);
   ++operations_[field == nullptr ? "none" : field->name()];
+  ++of_model(model).operations;
 }
 
-void SessionMetrics::refused(ErrorCode why) {
+void SessionMetrics::applied_by_hand(const std::string& model, std::size_t count) {
+  if (count == 0) return;
   const std::lock_guard lock(mutex_);
-  ++refusals_[std::string(to_string(why))];
+  operations_["by_hand"] += count;
+  of_model(model).operations += count;
+}
+
+void SessionMetrics::refused(Asked what, ErrorCode why, const std::string& model) {
+  const std::lock_guard lock(mutex_);
+  ++refusals_[{std::string(word_of(what)), std::string(to_string(why))}];
+  if (!model.empty()) ++of_model(model).refusals;
 }
 
 std::string SessionMetrics::text(const PresentFigures& present) const {
@@ -28,8 +76,14 @@ std::string SessionMetrics::text(const PresentFigures& present) const {
     const std::lock_guard lock(mutex_);
     text.family("operations_total", "counter", "Operations that were applied");
     for (const auto& [kind, count] : operations_) text.sample(count, metrics_label("kind", kind));
-    text.family("refusals_total", "counter", "Operations and questions that were refused");
-    for (const auto& [code, count] : refusals_) text.sample(count, metrics_label("code", code));
+    text.family("refusals_total", "counter",
+                "What was asked for and refused, from connections to operations");
+    for (const auto& [why, count] : refusals_)
+      text.sample(count, metrics_label("asked", why.first) + "," + metrics_label("code", why.second));
+    text.family("model_operations_total", "counter", "Operations that were applied to the model");
+    for (const auto& [name, counted] : models_) text.sample(counted.operations, metrics_label("model", name));
+    text.family("model_refusals_total", "counter", "What was refused of those who work on the model");
+    for (const auto& [name, counted] : models_) text.sample(counted.refusals, metrics_label("model", name));
   }
   text.family("operation_applied_seconds", "histogram",
               "From the coming of an operation to its being applied");
@@ -63,6 +117,13 @@ std::string SessionMetrics::text(const PresentFigures& present) const {
   text.family("outbox_overflows", "gauge", "How often those who are connected had to begin anew");
   text.sample(overflows);
 
+  text.family("packed_bytes", "gauge", "What is kept of packed points and meshes for those who join");
+  text.sample(present.packs.bytes);
+  text.family("packed_total", "counter", "Clouds of points and meshes that were packed for viewers");
+  text.sample(present.packs.packed);
+  text.family("packed_shared_total", "counter", "Those that were there already and were sent again");
+  text.sample(present.packs.shared);
+
   text.family("models", "gauge", "Models that are open");
   text.sample(present.models.size());
   const auto of_each = [&](std::string_view name, std::string_view type, std::string_view help, auto value) {
@@ -73,6 +134,10 @@ std::string SessionMetrics::text(const PresentFigures& present) const {
   };
   of_each("model_sequence", "counter", "Operations of the model",
           [](const ModelFigures& model) { return std::optional(model.sequence); });
+  of_each("model_clients", "gauge", "Who works on the model",
+          [](const ModelFigures& model) { return std::optional(model.clients); });
+  of_each("model_silence_seconds", "gauge", "Since the model's thread has answered last",
+          [](const ModelFigures& model) { return std::optional(model.silence_s); });
   const auto kept = [](auto member) {
     return [member](const ModelFigures& model) {
       using Number = std::remove_cvref_t<decltype(model.*member)>;

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <utility>
 
+#include "server-model/store/log_schema.h"
+
 namespace handloft::store {
 
 namespace {
@@ -70,7 +72,6 @@ std::optional<AckMark::Mark> AckMark::read(const std::filesystem::path& log) {
   seal(expected);
   if (image != expected || std::string_view(image.data(), magic.size()) != magic) return std::nullopt;
   Mark mark;
-  mark.branch = get(image.data() + magic.size());
   mark.sequence = get(image.data() + magic.size() + number_bytes);
   std::memcpy(mark.chain.data(), image.data() + magic.size() + 2 * number_bytes, mark.chain.size());
   return mark;
@@ -80,7 +81,7 @@ void AckMark::write(const Mark& mark) {
   if (file_ < 0) return;
   Image image{};
   std::copy(magic.begin(), magic.end(), image.begin());
-  put(mark.branch, image.data() + magic.size());
+  put(only_line, image.data() + magic.size());
   put(mark.sequence, image.data() + magic.size() + number_bytes);
   std::memcpy(image.data() + magic.size() + 2 * number_bytes, mark.chain.data(), mark.chain.size());
   seal(image);

@@ -18,7 +18,6 @@ namespace handloft::store {
 class AckMark {
  public:
   struct Mark {
-    std::uint64_t branch = 0;
     std::uint64_t sequence = 0;
     model::ContentHash::Digest chain{};
     bool operator==(const Mark&) const = default;

@@ -10,7 +10,7 @@
 namespace handloft::store {
 
 struct Backup {
-  std::uint64_t operations = 0;  ///< Of the main branch, all of them checked.
+  std::uint64_t operations = 0;  ///< All of them checked.
   std::uint64_t bytes = 0;
 };
 

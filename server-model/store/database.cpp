@@ -49,6 +49,7 @@ bool Statement::run() {
 }
 
 void Statement::reset() {
+  if (!statement_) return;  // A table that a damaged file lacks.
   sqlite3_reset(statement_.get());
   sqlite3_clear_bindings(statement_.get());
 }

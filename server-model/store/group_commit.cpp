@@ -67,16 +67,6 @@ void GroupCommit::add_audit(AuditEntry entry) {
   wake();
 }
 
-void GroupCommit::add_version(Version version, Durable done) {
-  const std::lock_guard lock(mutex_);
-  if (stopping_) return;
-  jobs_.push_back([version = std::move(version), done = std::move(done)](OperationLog& log) {
-    const Status status = log.add_version(version);
-    if (done) done(status);
-  });
-  wake();
-}
-
 /// With mutex_ held.
 void GroupCommit::wake() {
   if (!options_.queue) {

@@ -46,7 +46,7 @@ class GroupCommit {
   GroupCommit(const GroupCommit&) = delete;
   GroupCommit& operator=(const GroupCommit&) = delete;
 
-  /// Of the main branch, in the order of their sequence. Never blocks. After a failure `durable` is told it,
+  /// In the order of their sequence. Never blocks. After a failure `durable` is told it,
   /// and what was not durable by then is not. Thread-safe, as all below.
   void append(LogRecord record, Durable durable);
   /// False: too much waits, or writing has failed (failure() says why): take no more operations.
@@ -55,7 +55,6 @@ class GroupCommit {
   /// One at a time: while one is being written, further ones are refused (failed_precondition).
   void snapshot(PreparedSnapshot snapshot, std::int64_t now_ns, Durable done);
   void add_audit(AuditEntry entry);
-  void add_version(Version version, Durable done);
   /// Waits until all that was handed over is durable or failed.
   void flush();
   /// Flushes, ends the thread and closes the file. Later records are refused.

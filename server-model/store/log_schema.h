@@ -1,12 +1,19 @@
 #pragma once
-// The tables of a log, version 1. A newer version adds to them; what is here never changes its meaning (D8).
+// The tables of a log, version 3. A newer version adds to them; what is here never changes its meaning (D8).
+// Version 1 had no `rules`, and two tables, of branches and versions, which nothing ever filled: they stay in
+// such files, and nobody reads them. Version 2 had `rules` without `fair_from`.
 
 #include <cstdint>
 
 namespace handloft::store {
 
 inline constexpr std::int64_t application_id = 0x484c4f47;  ///< "HLOG"
-inline constexpr std::int64_t schema_version = 1;
+inline constexpr std::int64_t schema_version = 3;
+inline constexpr std::int64_t rules_since = 2;
+inline constexpr std::int64_t fair_since = 3;
+
+/// Format 1 foresaw several lines of operations: this is the number of the one that there is.
+inline constexpr std::uint64_t only_line = 1;
 
 inline constexpr const char* schema = R"sql(
 CREATE TABLE model (
@@ -14,15 +21,7 @@ CREATE TABLE model (
   model_id BLOB NOT NULL,
   created_ns INTEGER NOT NULL
 ) STRICT;
-CREATE TABLE branches (
-  id INTEGER PRIMARY KEY,
-  name TEXT NOT NULL UNIQUE,
-  parent INTEGER NOT NULL,
-  parent_sequence INTEGER NOT NULL,
-  time_ns INTEGER NOT NULL,
-  check_value BLOB NOT NULL
-) STRICT;
--- place = branch * 2^40 + sequence
+-- place = 2^40 + sequence
 CREATE TABLE operations (
   place INTEGER PRIMARY KEY,
   epoch INTEGER NOT NULL,
@@ -34,15 +33,6 @@ CREATE TABLE operations (
   chain BLOB NOT NULL
 ) STRICT;
 CREATE UNIQUE INDEX retries ON operations (client_id, client_op_id) WHERE client_op_id <> 0;
-CREATE TABLE versions (
-  name TEXT PRIMARY KEY,
-  branch INTEGER NOT NULL,
-  sequence INTEGER NOT NULL,
-  client_id INTEGER NOT NULL,
-  time_ns INTEGER NOT NULL,
-  words TEXT NOT NULL,
-  check_value BLOB NOT NULL
-) STRICT;
 CREATE TABLE audit (
   id INTEGER PRIMARY KEY,
   time_ns INTEGER NOT NULL,
@@ -70,6 +60,17 @@ CREATE TABLE snapshot_parts (
   sha256 BLOB NOT NULL,
   PRIMARY KEY (snapshot, sha256)
 ) STRICT, WITHOUT ROWID;
+)sql";
+
+/// Which rules the operations were applied by. Comes into a file of an older version with the first operation
+/// that is appended, which makes it version 3.
+inline constexpr const char* rules_schema = R"sql(
+CREATE TABLE rules (
+  id INTEGER PRIMARY KEY CHECK (id = 1),
+  per_user_from INTEGER NOT NULL,
+  fair_from INTEGER NOT NULL,
+  check_value BLOB NOT NULL
+) STRICT;
 )sql";
 
 }  // namespace handloft::store

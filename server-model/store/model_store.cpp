@@ -99,7 +99,7 @@ void ModelStore::applied(const model::Submitted& submitted, const model::Model& 
   // One is being handed over: the next operation asks again.
   if (!lock || to_snapshot_) return;
   last_snapshot_ = sequence;
-  to_snapshot_ = model::StoredState{model.history(), sequence};
+  to_snapshot_ = model::KeptState{model.history().kept(options_.encode.max_steps), sequence};
   if (!options_.snapshots) {
     snapshot_wanted_.notify_one();
     return;
@@ -162,7 +162,7 @@ void ModelStore::make_snapshots() {
 }
 
 void ModelStore::make_snapshot() {
-  std::optional<model::StoredState> state;
+  std::optional<model::KeptState> state;
   {
     const std::lock_guard lock(snapshot_mutex_);
     state = std::exchange(to_snapshot_, std::nullopt);

@@ -101,7 +101,7 @@ class ModelStore {
 
   std::mutex snapshot_mutex_;
   std::condition_variable snapshot_wanted_;
-  std::optional<model::StoredState> to_snapshot_;
+  std::optional<model::KeptState> to_snapshot_;
   bool stopping_ = false;
 
   GroupCommit commit_;

@@ -17,8 +17,6 @@ namespace handloft::store {
 namespace {
 
 constexpr unsigned sequence_bits = 40;
-constexpr std::uint64_t max_sequence = (std::uint64_t{1} << sequence_bits) - 1;
-constexpr BranchId max_branch = (BranchId{1} << 20U) - 1;
 
 constexpr std::string_view columns =
     "place, epoch, client_id, client_op_id, time_ns, operation, answer, chain";
@@ -55,6 +53,22 @@ Error damaged(std::string message) {
   return make_error(ErrorCode::data_corrupt, std::move(message));
 }
 
+Digest check_of(const LogIdentity& identity, const LogRules& rules) {
+  return row_check({{reinterpret_cast<const char*>(identity.model_id.data()), identity.model_id.size()}},
+                   {rules.per_user_from, rules.fair_from});
+}
+
+/// As files of format 2 have it.
+Digest check_of_format_2(const LogIdentity& identity, std::uint64_t per_user_from) {
+  return row_check({{reinterpret_cast<const char*>(identity.model_id.data()), identity.model_id.size()}},
+                   {per_user_from});
+}
+
+std::string rules_row(const LogIdentity& identity, const LogRules& rules) {
+  return fmt::format("INSERT INTO rules VALUES (1, {}, {}, x'{}')", rules.per_user_from, rules.fair_from,
+                     model::to_hex(model::as_bytes(check_of(identity, rules))));
+}
+
 }  // namespace
 
 LogIdentity new_identity(std::int64_t now_ns) {
@@ -73,10 +87,10 @@ Digest chain_start(const LogIdentity& identity) {
       .finish();
 }
 
-Digest chain_next(const Digest& before, BranchId branch, const LogRecord& record) {
+Digest chain_next(const Digest& before, const LogRecord& record) {
   thread_local model::ContentHash hash;
   return hash.add(model::as_bytes(before))
-      .add(branch)
+      .add(only_line)
       .add(record.sequence)
       .add(record.epoch)
       .add(record.client_id)
@@ -89,8 +103,8 @@ Digest chain_next(const Digest& before, BranchId branch, const LogRecord& record
       .finish();
 }
 
-std::int64_t row_place(BranchId branch, std::uint64_t sequence) {
-  return static_cast<std::int64_t>((branch << sequence_bits) | sequence);
+std::int64_t row_place(std::uint64_t sequence) {
+  return static_cast<std::int64_t>((only_line << sequence_bits) | sequence);
 }
 
 Digest row_check(std::initializer_list<std::string_view> texts,
@@ -102,7 +116,7 @@ Digest row_check(std::initializer_list<std::string_view> texts,
 }
 
 Result<OperationLog> OperationLog::create(const std::filesystem::path& path, const LogIdentity& identity,
-                                          const LogOptions& options) {
+                                          const LogOptions& options, const LogRules& rules) {
   AckMark mark;
   if (options.mark == LogOptions::Mark::kept) {
     auto locked = AckMark::lock(path);
@@ -120,17 +134,14 @@ Result<OperationLog> OperationLog::create(const std::filesystem::path& path, con
     return make_error(ErrorCode::already_exists, fmt::format("{} exists already", path.string()));
   if (auto status = database->execute("PRAGMA journal_mode=WAL"); !status) return status.error();
   if (auto status = database->begin(); !status) return status.error();
-  const Digest check =
-      row_check({"main"}, {main_branch, 0, 0, static_cast<std::uint64_t>(identity.created_ns)});
   for (const std::string& sql :
        {std::string(schema), fmt::format("PRAGMA application_id={}", application_id),
-        fmt::format("PRAGMA user_version={}", schema_version),
+        std::string(rules_schema), fmt::format("PRAGMA user_version={}", schema_version),
         fmt::format("INSERT INTO model VALUES (1, x'{}', {})",
                     model::to_hex(
                         {reinterpret_cast<const char*>(identity.model_id.data()), identity.model_id.size()}),
                     identity.created_ns),
-        fmt::format("INSERT INTO branches VALUES ({}, 'main', 0, 0, {}, x'{}')", main_branch,
-                    identity.created_ns, model::to_hex(model::as_bytes(check)))}) {
+        rules_row(identity, rules)}) {
     if (auto status = database->execute(sql); !status) {
       database->rollback();
       return status.error();
@@ -143,8 +154,8 @@ Result<OperationLog> OperationLog::create(const std::filesystem::path& path, con
   log.access_ = Access::write;
   log.mark_ = std::move(mark);
   if (auto status = log.read_identity(); !status) return status.error();
-  if (auto status = log.find_ends(); !status) return status.error();
-  log.mark_.write({main_branch, 0, chain_start(identity)});
+  if (auto status = log.find_end(); !status) return status.error();
+  log.mark_.write({0, chain_start(identity)});
   log.database_.allow_checkpoints();
   return log;
 }
@@ -178,7 +189,7 @@ Result<OperationLog> OperationLog::open(const std::filesystem::path& path, Acces
                       path.string(), check.damages.front().words(), check.good_sequence));
     }
   }
-  if (auto status = log.find_ends(); !status) return status.error();
+  if (auto status = log.find_end(); !status) return status.error();
   if (access == Access::write) log.database_.allow_checkpoints();
   return log;
 }
@@ -208,6 +219,7 @@ Status OperationLog::read_identity() {
   }
   if (*version < 1)
     return damaged(fmt::format("{}: found version {}, expected 1 or more", path_.string(), *version));
+  format_ = *version;
   Statement row = database_.prepare("SELECT model_id, created_ns FROM model WHERE id = 1");
   if (row.step() != Statement::Step::row || row.bytes(0).size() != identity_.model_id.size())
     return damaged(fmt::format("{}: found no identity of the model", path_.string()));
@@ -216,52 +228,57 @@ Status OperationLog::read_identity() {
   return {};
 }
 
-Result<std::vector<Branch>> OperationLog::known_branches() const {
-  auto all = branches();
-  if (all || access_ != Access::read || all.error().code != ErrorCode::data_corrupt) return all;
-  return std::vector<Branch>{Branch{}};
+Status OperationLog::find_end() {
+  Statement last = database_.prepare("SELECT max(place) FROM operations WHERE place BETWEEN ?1 AND ?2");
+  last.bind(1, row_place(0)).bind(2, row_place(max_sequence));
+  if (last.step() != Statement::Step::row) return database_.error("read the end");
+  const std::uint64_t sequence = last.number(0) & max_sequence;
+  auto chain = chain_at(sequence);
+  if (!chain) return chain.error();
+  end_ = {sequence, *chain};
+  // Of a damaged file that is only read nothing is known: as of format 1.
+  auto rules = read_rules();
+  if (!rules && access_ == Access::write) return rules.error();
+  rules_ = rules ? *rules : LogRules{sequence + 1, sequence + 1};
+  return {};
 }
 
-Status OperationLog::find_ends() {
-  auto all = known_branches();
-  if (!all) return all.error();
-  for (const Branch& branch : *all) {
-    Statement last = database_.prepare("SELECT max(place) FROM operations WHERE place BETWEEN ?1 AND ?2");
-    last.bind(1, row_place(branch.id, 0)).bind(2, row_place(branch.id, max_sequence));
-    if (last.step() != Statement::Step::row) return database_.error("read the end");
-    const std::uint64_t found = last.number(0) & max_sequence;
-    const std::uint64_t sequence = found == 0 ? branch.parent_sequence : found;
-    auto chain = chain_at(branch.id, sequence);
-    if (!chain) return chain.error();
-    ends_[branch.id] = {sequence, *chain};
+Result<LogRules> OperationLog::read_rules() const {
+  const std::uint64_t next = end_.sequence + 1;
+  if (format_ < rules_since) return LogRules{next, next};
+  const bool fair = format_ >= fair_since;
+  Statement row = database_.prepare(fair ? "SELECT per_user_from, check_value, fair_from FROM rules"
+                                         : "SELECT per_user_from, check_value FROM rules");
+  const auto step = row.step();
+  if (step == Statement::Step::failed) return database_.error("read the rules");
+  if (step == Statement::Step::done) return damaged("found no rules, expected those of undo");
+  const LogRules rules{row.number(0), fair ? row.number(2) : next};
+  const Digest check = fair ? check_of(identity_, rules) : check_of_format_2(identity_, rules.per_user_from);
+  if (row.bytes(1) != model::as_bytes(check))
+    return damaged("the rules of undo hold other content than their checksum says");
+  return rules;
+}
+
+Status OperationLog::write_format() {
+  for (const std::string& sql :
+       {std::string("DROP TABLE IF EXISTS rules"), std::string(rules_schema), rules_row(identity_, rules_),
+        fmt::format("PRAGMA user_version={}", schema_version)}) {
+    if (auto status = database_.execute(sql); !status) return status;
   }
   return {};
 }
 
-Result<Digest> OperationLog::chain_at(BranchId branch, std::uint64_t sequence) const {
+Result<Digest> OperationLog::chain_at(std::uint64_t sequence) const {
+  if (sequence == 0) return chain_start(identity_);
   Statement row = database_.prepare("SELECT chain FROM operations WHERE place = ?1");
-  // A branch's own records begin behind its parent's.
-  for (std::size_t depth = 0; depth <= max_branch; ++depth) {
-    if (sequence == 0) return chain_start(identity_);
-    row.bind(1, row_place(branch, sequence));
-    const auto step = row.step();
-    Digest digest{};
-    if (step == Statement::Step::row) {
-      if (!to_digest(row.bytes(0), digest))
-        return damaged(fmt::format("operation {} has no checksum", sequence));
-      return digest;
-    }
-    if (step == Statement::Step::failed) return database_.error("read a checksum");
-    row.reset();
-    auto all = known_branches();
-    if (!all) return all.error();
-    const auto found =
-        std::find_if(all->begin(), all->end(), [&](const Branch& b) { return b.id == branch; });
-    if (found == all->end() || found->parent == 0 || sequence > found->parent_sequence)
-      return make_error(ErrorCode::not_found, fmt::format("there is no operation {}", sequence));
-    branch = found->parent;
-  }
-  return damaged("branches are their own ancestors");
+  row.bind(1, row_place(std::min(sequence, max_sequence)));
+  const auto step = row.step();
+  if (step == Statement::Step::failed) return database_.error("read a checksum");
+  if (step == Statement::Step::done)
+    return make_error(ErrorCode::not_found, fmt::format("there is no operation {}", sequence));
+  Digest digest{};
+  if (!to_digest(row.bytes(0), digest)) return damaged(fmt::format("operation {} has no checksum", sequence));
+  return digest;
 }
 
 Status OperationLog::fail(const Error& error) {
@@ -269,15 +286,12 @@ Status OperationLog::fail(const Error& error) {
   return error;
 }
 
-Status OperationLog::append(std::span<const LogRecord> records, BranchId branch) {
+Status OperationLog::append(std::span<const LogRecord> records) {
   if (!failure_) return failure_;
   if (access_ == Access::read)
     return make_error(ErrorCode::failed_precondition, fmt::format("{} is open for reading", path_.string()));
-  const auto end = ends_.find(branch);
-  if (end == ends_.end())
-    return make_error(ErrorCode::not_found, fmt::format("there is no branch {}", branch));
   if (records.empty()) return {};
-  End now = end->second;
+  End now = end_;
   for (const LogRecord& record : records) {
     if (record.sequence != now.sequence + 1 || record.sequence > max_sequence) {
       return make_error(ErrorCode::invalid_argument,
@@ -286,12 +300,18 @@ Status OperationLog::append(std::span<const LogRecord> records, BranchId branch)
     ++now.sequence;
   }
   if (auto status = database_.begin(); !status) return fail(status.error());
+  if (format_ < schema_version) {
+    if (auto status = write_format(); !status) {
+      database_.rollback();
+      return fail(status.error());
+    }
+  }
   if (!insert_.good())
     insert_ = database_.prepare(
         fmt::format("INSERT INTO operations ({}) VALUES (?1,?2,?3,?4,?5,?6,?7,?8)", columns));
   for (const LogRecord& record : records) {
-    now.chain = chain_next(now.chain, branch, record);
-    insert_.bind(1, row_place(branch, record.sequence))
+    now.chain = chain_next(now.chain, record);
+    insert_.bind(1, row_place(record.sequence))
         .bind(2, record.epoch)
         .bind(3, record.client_id)
         .bind(4, record.client_op_id)
@@ -312,14 +332,10 @@ Status OperationLog::append(std::span<const LogRecord> records, BranchId branch)
     insert_.reset();
   }
   if (auto status = database_.commit(); !status) return fail(status.error());
-  end->second = now;
-  mark_.write({branch, now.sequence, now.chain});
+  end_ = now;
+  format_ = std::max(format_, schema_version);
+  mark_.write({now.sequence, now.chain});
   return {};
-}
-
-std::uint64_t OperationLog::last_sequence(BranchId branch) const {
-  const auto end = ends_.find(branch);
-  return end == ends_.end() ? 0 : end->second.sequence;
 }
 
 Result<std::uint64_t> OperationLog::next_epoch() const {
@@ -334,55 +350,35 @@ Result<std::uint64_t> OperationLog::last_client_id() const {
   return static_cast<std::uint64_t>(*last);
 }
 
-Status OperationLog::read(std::uint64_t from, const Visit& visit, BranchId branch) const {
-  auto all = known_branches();
-  if (!all) return all.error();
-  struct Segment {
-    BranchId branch;
-    std::uint64_t last;
-  };
-  std::vector<Segment> segments{{branch, max_sequence}};
-  while (segments.size() <= all->size()) {
-    const auto found = std::find_if(all->begin(), all->end(),
-                                    [&](const Branch& b) { return b.id == segments.back().branch; });
-    if (found == all->end())
-      return make_error(ErrorCode::not_found, fmt::format("there is no branch {}", segments.back().branch));
-    if (found->parent == 0) break;
-    segments.push_back({found->parent, std::min(found->parent_sequence, segments.back().last)});
-  }
-  if (segments.size() > all->size()) return damaged("branches are their own ancestors");
-
+Status OperationLog::read(std::uint64_t from, const Visit& visit) const {
   std::uint64_t expected = std::max<std::uint64_t>(from, 1);
-  auto start = chain_at(branch, expected - 1);
+  auto start = chain_at(expected - 1);
   if (!start) return start.error();
   Digest chain = *start;
-  for (auto segment = segments.rbegin(); segment != segments.rend(); ++segment) {
-    if (segment->last < expected) continue;
-    Statement rows = database_.prepare(
-        fmt::format("SELECT {} FROM operations WHERE place BETWEEN ?1 AND ?2 ORDER BY place", columns));
-    rows.bind(1, row_place(segment->branch, expected)).bind(2, row_place(segment->branch, segment->last));
-    auto step = rows.step();
-    for (; step == Statement::Step::row; step = rows.step()) {
-      LogEntry entry = entry_of(rows);
-      if (entry.record.sequence != expected) {
-        return make_error(ErrorCode::data_corrupt,
-                          fmt::format("found operation {} after {}, expected {}", entry.record.sequence,
-                                      expected - 1, expected),
-                          "sequence");
-      }
-      chain = chain_next(chain, segment->branch, entry.record);
-      if (entry.chain != chain) {
-        return make_error(
-            ErrorCode::data_corrupt,
-            fmt::format("found checksum {:.16}, expected {:.16}", model::to_hex(model::as_bytes(entry.chain)),
-                        model::to_hex(model::as_bytes(chain))),
-            fmt::format("operation {}", expected));
-      }
-      if (auto status = visit(std::move(entry)); !status) return status;
-      ++expected;
+  Statement rows = database_.prepare(
+      fmt::format("SELECT {} FROM operations WHERE place BETWEEN ?1 AND ?2 ORDER BY place", columns));
+  rows.bind(1, row_place(std::min(expected, max_sequence))).bind(2, row_place(max_sequence));
+  auto step = rows.step();
+  for (; step == Statement::Step::row; step = rows.step()) {
+    LogEntry entry = entry_of(rows);
+    if (entry.record.sequence != expected) {
+      return make_error(ErrorCode::data_corrupt,
+                        fmt::format("found operation {} after {}, expected {}", entry.record.sequence,
+                                    expected - 1, expected),
+                        "sequence");
     }
-    if (step == Statement::Step::failed) return database_.error(fmt::format("read operation {}", expected));
+    chain = chain_next(chain, entry.record);
+    if (entry.chain != chain) {
+      return make_error(
+          ErrorCode::data_corrupt,
+          fmt::format("found checksum {:.16}, expected {:.16}", model::to_hex(model::as_bytes(entry.chain)),
+                      model::to_hex(model::as_bytes(chain))),
+          fmt::format("operation {}", expected));
+    }
+    if (auto status = visit(std::move(entry)); !status) return status;
+    ++expected;
   }
+  if (step == Statement::Step::failed) return database_.error(fmt::format("read operation {}", expected));
   return {};
 }
 
@@ -423,18 +419,17 @@ Result<std::string> OperationLog::manifest(const SnapshotRow& snapshot) const {
 
 Result<std::vector<SnapshotRow>> OperationLog::snapshots() const {
   Statement rows = database_.prepare(
-      "SELECT id, branch, sequence, document_hash, manifest_hash, time_ns FROM snapshots WHERE verified = 1 "
+      "SELECT id, sequence, document_hash, manifest_hash, time_ns FROM snapshots WHERE verified = 1 "
       "ORDER BY id DESC");
   std::vector<SnapshotRow> result;
   auto step = rows.step();
   for (; step == Statement::Step::row; step = rows.step()) {
     SnapshotRow& row = result.emplace_back();
     row.id = rows.integer(0);
-    row.branch = rows.number(1);
-    row.sequence = rows.number(2);
-    row.document_hash = rows.bytes(3);
-    to_digest(rows.bytes(4), row.manifest_hash);
-    row.time_ns = rows.integer(5);
+    row.sequence = rows.number(1);
+    row.document_hash = rows.bytes(2);
+    to_digest(rows.bytes(3), row.manifest_hash);
+    row.time_ns = rows.integer(4);
   }
   if (step == Statement::Step::failed) return database_.error("read snapshots");
   return result;

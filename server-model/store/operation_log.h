@@ -1,8 +1,9 @@
 #pragma once
 // The durable log of one model in one SQLite file (U5): every operation in its place in the total order, with
-// what was answered to it (H3), branches and named versions as (branch, sequence) pairs (U6), an audit trail,
-// and snapshots from which a restart continues (U3). Each record carries the SHA-256 of itself and the record
-// before, so that a changed, missing or swapped one shows.
+// what was answered to it (H3), an audit trail, and snapshots from which a restart continues (U3). Named
+// versions and alternatives (U6) are what the operations make of the model: the log has no list of its own.
+// Each record carries the SHA-256 of itself and the record before, so that a changed, missing or swapped one
+// shows.
 //
 // Durable: append() returns after the write-ahead log has been flushed (WAL, synchronous=FULL). A log that is
 // damaged is never opened for writing: see log_check.h for what is said of it, repair.h for what can be had
@@ -12,7 +13,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -27,15 +27,10 @@
 namespace handloft::store {
 
 using Digest = model::ContentHash::Digest;
-using BranchId = std::uint64_t;
-
-/// Every log has this branch; it has no parent.
-inline constexpr BranchId main_branch = 1;
-
 /// One operation as it was applied, with its answer.
 struct LogRecord {
   std::uint64_t epoch = 0;
-  std::uint64_t sequence = 0;  ///< One more than the record before on its branch.
+  std::uint64_t sequence = 0;  ///< One more than the record before.
   std::uint64_t client_id = 0;
   std::uint64_t client_op_id = 0;  ///< 0: is never retried. Else unique with client_id.
   std::int64_t time_ns = 0;        ///< Of the wall clock, since 1970.
@@ -48,22 +43,14 @@ struct LogEntry {
   Digest chain{};
 };
 
-struct Branch {
-  BranchId id = main_branch;
-  std::string name;
-  BranchId parent = 0;                ///< 0: none.
-  std::uint64_t parent_sequence = 0;  ///< Its own operations follow this one.
-  std::int64_t time_ns = 0;
-};
-
-/// A name for a moment (U6).
-struct Version {
-  std::string name;
-  BranchId branch = main_branch;
-  std::uint64_t sequence = 0;
-  std::uint64_t client_id = 0;
-  std::int64_t time_ns = 0;
-  std::string words;
+/// Which rules the operations were applied by.
+struct LogRules {
+  /// From this one on, undo takes back a client's own steps. Of those before nothing is written: they are of
+  /// a file of format 1, begun before there were two rules.
+  std::uint64_t per_user_from = 1;
+  /// From this one on, a history that is full forgets a step of whoever has most (model::UndoRule::per_user);
+  /// before, the oldest of all (per_user_oldest_first). Not less than per_user_from.
+  std::uint64_t fair_from = 1;
 };
 
 /// Who joined, what was refused, which role changed.
@@ -76,7 +63,6 @@ struct AuditEntry {
 
 struct SnapshotRow {
   std::int64_t id = 0;
-  BranchId branch = main_branch;
   std::uint64_t sequence = 0;
   std::string document_hash;  ///< model::document_hash() of what it restores.
   Digest manifest_hash{};
@@ -105,7 +91,7 @@ class OperationLog {
 
   /// A new, empty one. Errors: already_exists; io.
   static Result<OperationLog> create(const std::filesystem::path& path, const LogIdentity& identity,
-                                     const LogOptions& options = {});
+                                     const LogOptions& options = {}, const LogRules& rules = {});
   /// Errors: not_found; invalid_argument for a file of another kind; unsupported for one of a newer version;
   /// failed_precondition when another process writes it or its making was never finished. For writing also
   /// data_corrupt: it is checked whole (log_check.h), and the first damage is named. Opening writes nothing.
@@ -113,6 +99,9 @@ class OperationLog {
                                    const LogOptions& options = {});
 
   const LogIdentity& identity() const { return identity_; }
+  /// What a file of an older format does not say begins behind its end, since whoever appends to it appends
+  /// by the present rules.
+  const LogRules& rules() const { return rules_; }
   const std::filesystem::path& path() const { return path_; }
 
   // --- operations
@@ -121,28 +110,24 @@ class OperationLog {
   /// they are there is known only after opening anew, and the log takes no more (failure()); already_exists
   /// when a client's operation is there already; invalid_argument for a gap in the sequence: then nothing has
   /// happened.
-  Status append(std::span<const LogRecord> records, BranchId branch = main_branch);
+  /// The first append to a file of an older format makes it one of the present, in the same transaction.
+  Status append(std::span<const LogRecord> records);
   /// What ended writing.
   const Status& failure() const { return failure_; }
-  std::uint64_t last_sequence(BranchId branch = main_branch) const;
+  std::uint64_t last_sequence() const { return end_.sequence; }
   /// Of the first epoch that is not used.
   Result<std::uint64_t> next_epoch() const;
   Result<std::uint64_t> last_client_id() const;
 
   using Visit = std::function<Status(LogEntry entry)>;
-  /// In order from `from`, those of the branch's ancestors first. Each is checked against the one before:
-  /// data_corrupt names the first that does not fit. An error of `visit` ends it.
-  Status read(std::uint64_t from, const Visit& visit, BranchId branch = main_branch) const;
+  /// In order from `from`. Each is checked against the one before: data_corrupt names the first that does not
+  /// fit. An error of `visit` ends it.
+  Status read(std::uint64_t from, const Visit& visit) const;
   /// What was answered to a client's operation; nullopt: not in the log.
   Result<std::optional<LogEntry>> find(std::uint64_t client_id, std::uint64_t client_op_id) const;
 
-  // --- branches, versions, audit
+  // --- audit
 
-  Result<BranchId> add_branch(const std::string& name, BranchId parent, std::uint64_t parent_sequence,
-                              std::int64_t now_ns);
-  Result<std::vector<Branch>> branches() const;
-  Status add_version(const Version& version);
-  Result<std::vector<Version>> versions() const;
   Status add_audit(const AuditEntry& entry);
   Result<std::vector<AuditEntry>> audit() const;
 
@@ -160,8 +145,10 @@ class OperationLog {
   /// For the store's own other files.
   Database& database() { return database_; }
   const Database& database() const { return database_; }
-  /// Of the last record of a branch; its start when it has none.
-  Result<Digest> chain_at(BranchId branch, std::uint64_t sequence) const;
+  /// What the file says of its rules. Errors: data_corrupt.
+  Result<LogRules> read_rules() const;
+  /// Of this record; 0: the start. Errors: not_found; data_corrupt.
+  Result<Digest> chain_at(std::uint64_t sequence) const;
   /// Ends writing.
   Status fail(const Error& error);
 
@@ -173,9 +160,8 @@ class OperationLog {
   OperationLog(Database database, std::filesystem::path path, LogOptions options)
       : database_(std::move(database)), path_(std::move(path)), options_(std::move(options)) {}
   Status read_identity();
-  Status find_ends();
-  /// branches(); of a damaged file that is only read, at least the main one.
-  Result<std::vector<Branch>> known_branches() const;
+  Status find_end();
+  Status write_format();
 
   Database database_;
   std::filesystem::path path_;
@@ -183,7 +169,9 @@ class OperationLog {
   LogIdentity identity_;
   Access access_ = Access::read;
   AckMark mark_;
-  std::map<BranchId, End> ends_;
+  End end_;
+  LogRules rules_;
+  std::int64_t format_ = 0;
   Statement insert_;
   Status failure_;
 };
@@ -191,10 +179,11 @@ class OperationLog {
 /// The chain before the first record.
 Digest chain_start(const LogIdentity& identity);
 /// The chain of a record whose predecessor has `before`.
-Digest chain_next(const Digest& before, BranchId branch, const LogRecord& record);
-/// The key of a row: branches lie one after another.
-std::int64_t row_place(BranchId branch, std::uint64_t sequence);
-/// Check value of a row of branches, versions or audit.
+Digest chain_next(const Digest& before, const LogRecord& record);
+inline constexpr std::uint64_t max_sequence = (std::uint64_t{1} << 40U) - 1;
+/// The key of a row.
+std::int64_t row_place(std::uint64_t sequence);
+/// Check value of a row of rules or audit.
 Digest row_check(std::initializer_list<std::string_view> texts, std::initializer_list<std::uint64_t> numbers);
 
 }  // namespace handloft::store

@@ -18,7 +18,6 @@ struct Recovered {
 };
 
 struct RecoveryOptions {
-  BranchId branch = main_branch;
   std::uint64_t until =
       ~std::uint64_t{0};  ///< The last operation that is replayed: a version, or the good prefix.
   enum class Snapshots { used, ignored };
@@ -26,8 +25,13 @@ struct RecoveryOptions {
 };
 
 /// A snapshot that is damaged, or whose history does not reach as deep as an operation after it undoes, gives
-/// way to the one before, and the last to the empty document. Errors: data_corrupt naming the operation that
-/// cannot be read or applied.
+/// way to the one before, and the last to the empty document. Of a file of format 1 it is not written by
+/// which rule undo went; the answers in it tell: that of one history for all, or, of files that several
+/// clients wrote shortly before format 2, per user. From LogRules::per_user_from on, and for what is done to
+/// the model that comes out, it is per user. Steps that the history has no room for are forgotten by the rule
+/// that was in force (LogRules::fair_from), so that the same can be undone as where the log was written; what
+/// a snapshot has left out counts as if it were there (model::History::Kept). Errors: data_corrupt naming the
+/// operation that cannot be read or applied.
 Result<Recovered> recover(const OperationLog& log, const model::ApplyContext& context = {},
                           const RecoveryOptions& options = {});
 

@@ -11,14 +11,12 @@
 namespace handloft::store {
 
 struct Repaired {
-  std::uint64_t operations = 0;  ///< Kept, of the main branch.
-  std::uint64_t versions = 0;
-  std::uint64_t branches = 0;   ///< Besides the main one.
-  std::vector<Damage> damages;  ///< Of the damaged file.
+  std::uint64_t operations = 0;  ///< Kept.
+  std::vector<Damage> damages;   ///< Of the damaged file.
 };
 
-/// The longest prefix of good operations, of the main branch and those that leave it within; named versions
-/// of them; the audit trail as far as it is good. Errors: those of OperationLog::open() and create(); io.
+/// The longest prefix of good operations; the audit trail as far as it is good. Errors: those of
+/// OperationLog::open() and create(); io.
 Result<Repaired> repair(const std::filesystem::path& damaged, const std::filesystem::path& to,
                         const LogOptions& options = {});
 

@@ -6,14 +6,20 @@
 #include <map>
 
 #include "server-model/model/canonical.h"
+#include "server-model/store/log_schema.h"
 
 namespace handloft::store {
 
 Result<PreparedSnapshot> prepare_snapshot(const model::StoredState& state,
                                           const model::EncodeOptions& options) {
+  return prepare_snapshot(model::KeptState{state.history.kept(options.max_steps), state.sequence}, options);
+}
+
+Result<PreparedSnapshot> prepare_snapshot(const model::KeptState& state,
+                                          const model::EncodeOptions& options) {
   PreparedSnapshot snapshot;
   snapshot.sequence = state.sequence;
-  snapshot.document_hash = model::document_hash(state.history.current());
+  snapshot.document_hash = model::document_hash(state.history.current);
   std::map<std::string, std::size_t, std::less<>> places;
   auto manifest = model::encode_state(
       state,
@@ -100,7 +106,7 @@ Status SnapshotWriter::write_manifest() {
   id_ = *last + 1;
   Statement row = database.prepare("INSERT INTO snapshots VALUES (?1,?2,?3,?4,?5,?6,?7,0)");
   row.bind(1, id_)
-      .bind(2, snapshot_.branch)
+      .bind(2, only_line)
       .bind(3, snapshot_.sequence)
       .bind(4, std::string_view(snapshot_.document_hash))
       .bind_bytes(5, model::as_bytes(snapshot_.manifest_hash))

@@ -15,7 +15,6 @@
 namespace handloft::store {
 
 struct PreparedSnapshot {
-  BranchId branch = main_branch;
   std::uint64_t sequence = 0;
   std::string document_hash;
   std::string manifest;
@@ -24,6 +23,8 @@ struct PreparedSnapshot {
 };
 
 /// Encodes the state and decodes it again: what does not give the same hash is refused (internal). O(model).
+Result<PreparedSnapshot> prepare_snapshot(const model::KeptState& state,
+                                          const model::EncodeOptions& options = {});
 Result<PreparedSnapshot> prepare_snapshot(const model::StoredState& state,
                                           const model::EncodeOptions& options = {});
 

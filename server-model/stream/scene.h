@@ -45,6 +45,8 @@ struct HandMarks {
 struct SceneEntity {
   model::EntityPtr entity;  ///< Never null.
   std::uint64_t revision = 0;
+  /// Of a dual shape: since this revision nothing happened to its points but that others came behind them.
+  std::uint64_t points_grow_since = 0;
   bool provisional = false;
   std::uint64_t provisional_by = 0;  ///< With `provisional`: whose gesture, as EntityState.provisional_by.
   bool selected = false;             ///< Of any source of hands.

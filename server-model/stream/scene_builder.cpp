@@ -8,6 +8,7 @@
 #include "server-model/model/annotations.h"
 #include "server-model/model/cad_model.h"
 #include "server-model/model/sculpt_shape.h"
+#include "server-model/stream/viewer.h"
 
 namespace handloft::stream {
 
@@ -65,6 +66,17 @@ void SceneBuilder::tell_notes(const model::Document& document, Scene& scene) con
     scene.versions = std::move(versions);
 }
 
+std::uint64_t SceneBuilder::points_grow_since(const std::string& id, const SceneEntity& seen) const {
+  const model::DualPtr shape = model::as_dual(seen.entity);
+  if (!last_ || !shape) return seen.revision;
+  const auto found = last_->entities.find(id);
+  if (found == last_->entities.end()) return seen.revision;
+  const model::DualPtr before = model::as_dual(found->second.entity);
+  const bool grows =
+      before && (before == shape || common_prefix(before->points, shape->points) == before->points.size());
+  return grows ? found->second.points_grow_since : seen.revision;
+}
+
 std::uint64_t SceneBuilder::surface_id(const std::string& id, const SceneEntity& seen) {
   if (!seen.surface) return 0;
   if (last_) {
@@ -105,6 +117,7 @@ ScenePtr SceneBuilder::build(const model::Model& model, std::int64_t capture_tim
       seen.selected = std::find(marks.active.begin(), marks.active.end(), id) != marks.active.end();
       seen.target = std::find(marks.targets.begin(), marks.targets.end(), id) != marks.targets.end();
       if (const model::DualPtr shape = model::as_dual(entity)) {
+        seen.points_grow_since = points_grow_since(id, seen);
         seen.surface = meshes_.find(*shape);
         seen.distances = meshes_.references().find_distances(seen.surface, references);
       } else if (const model::ReferencePtr reference = model::as_reference(entity)) {

@@ -29,6 +29,7 @@ class SceneBuilder {
 
  private:
   /// A number for what `seen` shows: the former one while it is the same.
+  std::uint64_t points_grow_since(const std::string& id, const SceneEntity& seen) const;
   std::uint64_t surface_id(const std::string& id, const SceneEntity& seen);
   /// What depends on the document alone, shared with the last scene while it is the same.
   void tell_histories(const model::History& history, const std::set<std::uint64_t>& viewers, Scene& scene);

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
 #include <utility>
 
 #include "server-model/geometry/bspline_tessellate.h"
@@ -65,6 +67,22 @@ double chord_of(const BSplineSurface& surface, const SculptMeshOptions& options)
                        : std::max(options.chord_tolerance_m, options.chord_fraction * box.diagonal().norm());
 }
 
+/// Whose vertex comes where for vertices in a row to be neighbours, which pack better: along lines of one u,
+/// line after line, and then what is on no such line (on a trim), as it came.
+std::vector<std::uint32_t> along_lines(const std::vector<Vec2>& places) {
+  constexpr std::uint32_t fewest_on_a_line = 4;
+  std::map<double, std::uint32_t> on_line;
+  for (const Vec2& place : places) ++on_line[place.x()];
+  const auto is_on_line = [&](std::uint32_t k) { return on_line[places[k].x()] >= fewest_on_a_line; };
+  std::vector<std::uint32_t> order(places.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto rest = std::stable_partition(order.begin(), order.end(), is_on_line);
+  std::sort(order.begin(), rest, [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(places[a].x(), places[a].y()) < std::pair(places[b].x(), places[b].y());
+  });
+  return order;
+}
+
 }  // namespace
 
 Result<GridParameters> sculpt_grid(const BSplineSurface& surface, const SculptMeshOptions& options) {
@@ -108,6 +126,15 @@ Result<SculptMesher> SculptMesher::create(const model::SculptShape& shape, std::
   meshing.largest_cell = 1.0 / options.least_parts;
   auto mesh = geometry::tessellate(*shape.surface, model::trim_loops(shape), meshing, &mesher.places_);
   if (!mesh) return mesh.error();
+  const std::vector<std::uint32_t> order = along_lines(mesher.places_);
+  std::vector<std::uint32_t> now_at(order.size());
+  std::vector<Vec2> places;
+  for (const std::uint32_t before : order) {
+    now_at[before] = static_cast<std::uint32_t>(places.size());
+    places.push_back(mesher.places_[before]);
+  }
+  mesher.places_ = std::move(places);
+  for (std::uint32_t& index : mesh->indices) index = now_at[index];
   std::vector<double> us, vs;
   for (const Vec2& place : mesher.places_) {
     us.push_back(place.x());
@@ -128,6 +155,7 @@ Result<SculptMesher> SculptMesher::create(const model::SculptShape& shape, std::
   const geometry::TriangleMesh& mesh = made->mesh();
   std::vector<std::uint32_t> indices = mesh.indices;
   mesher.places_.resize(mesh.vertex_count());
+  mesher.vertices_.row = static_cast<std::uint32_t>(made->columns());
   if (const Status ready = mesher.prepare(std::move(indices), topology); !ready) return ready.error();
   mesher.places_.clear();
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) mesher.take(i, mesh.positions[i], mesh.normals[i]);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "common/codec/mesh_codec.h"
 #include "common/codec/point_codec.h"
 #include "server-model/geometry/fuzzy_point.h"
 #include "server-model/model/cad_model.h"
@@ -98,8 +99,10 @@ Result<v1::PointCloud> pack_points(const model::PointCloud& points, std::size_t 
   const auto add = [&](const model::DualPoint& point) {
     tail.positions.push_back({point.x, point.y, point.z});
     reach_m = std::max({reach_m, std::abs(point.x), std::abs(point.y), std::abs(point.z)});
-    const auto level =
-        std::min(last_level, static_cast<std::uint32_t>(point.pressure * pressure_levels + 0.5));
+    // Never negative, and lround() would be a call for each point.
+    // NOLINTNEXTLINE(bugprone-incorrect-roundings)
+    const auto nearest = static_cast<std::uint32_t>(point.pressure * pressure_levels + 0.5);
+    const auto level = std::min(last_level, nearest);
     std::uint16_t& style = style_of_level[level];
     if (style == unused) {
       style = static_cast<std::uint16_t>(tail.palette.size());
@@ -128,12 +131,14 @@ void Viewer::reset() {
   versions_ = nullptr;
 }
 
+bool Viewer::can_resume(const v1::Join& join, const Scene& scene) const {
+  return join.epoch() != 0 && join.epoch() == scene.epoch &&
+         static_cast<std::size_t>(join.have_size()) <= limits_.max_held;
+}
+
 bool Viewer::resume(const v1::Join& join, const Scene& scene) {
   reset();
-  if (join.epoch() == 0 || join.epoch() != scene.epoch ||
-      static_cast<std::size_t>(join.have_size()) > limits_.max_held) {
-    return false;
-  }
+  if (!can_resume(join, scene)) return false;
   for (const v1::HeldEntity& have : join.have()) {
     Held& held = held_[have.id()];  // Also of what is gone by now: so it is told.
     held = Held();
@@ -148,6 +153,12 @@ bool Viewer::resume(const v1::Join& join, const Scene& scene) {
       held.points = have.points();
     } else {
       held.unknown = true;
+      // Of a cloud that has only grown since, the tail will do.
+      if (shape && have.revision() < entity.revision && have.revision() >= entity.points_grow_since &&
+          have.points() <= points) {
+        held.entity.entity = entity.entity;
+        held.points = have.points();
+      }
     }
     if (have.surface_id() != 0 && have.surface_id() == entity.surface_id) {
       held.surface = entity.surface;
@@ -180,7 +191,8 @@ std::size_t bytes_beside(const model::EntityPtr& held, const model::EntityPtr& n
 }
 
 std::size_t bytes_of(const v1::Mesh& mesh) {
-  return mesh.positions().size() + mesh.normals().size() + mesh.opacity().size() + mesh.indices().size();
+  return mesh.positions().size() + mesh.normals().size() + mesh.opacity().size() + mesh.indices().size() +
+         mesh.residuals().size();
 }
 
 }  // namespace
@@ -216,6 +228,8 @@ void copy_without_triangles(const v1::Mesh& from, v1::Mesh& to) {
   to.set_normals(from.normals());
   to.set_opacity(from.opacity());
   to.set_topology(from.topology());
+  to.set_row(from.row());
+  to.set_residuals(from.residuals());
 }
 
 }  // namespace
@@ -225,8 +239,9 @@ bool Viewer::is_current(const Held& held, const SceneEntity& entity) const {
       !entity.surface || (held.surface == entity.surface && held.distances == entity.distances);
   const model::DualPtr shape = model::as_dual(entity.entity);
   const std::size_t points = shape ? shape->points.size() : 0;
-  return !held.unsure && surface_current && held.points == points && held.entity.entity == entity.entity &&
-         held.entity.revision == entity.revision && held.entity.provisional == entity.provisional &&
+  return !held.unsure && !held.unknown && surface_current && held.points == points &&
+         held.entity.entity == entity.entity && held.entity.revision == entity.revision &&
+         held.entity.provisional == entity.provisional &&
          held.entity.provisional_by == entity.provisional_by && held.entity.selected == entity.selected &&
          held.entity.target == entity.target && held.entity.icon_marks == entity.icon_marks &&
          held.entity.lease == entity.lease;
@@ -244,7 +259,7 @@ void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity
   state.set_target(entity.target);
   state.set_leased_by(entity.lease.client_id);
   state.set_leased_by_name(entity.lease.name);
-  if (const model::DualPtr shape = model::as_dual(entity.entity)) update_dual(held, *shape, entity, state);
+  if (const model::DualPtr shape = model::as_dual(entity.entity)) update_dual(held, shape, entity, state);
   const model::SculptPtr sculpted = model::as_sculpt(entity.entity);
   const model::CadModelPtr cad = model::as_cad_model(entity.entity);
   if (sculpted && (held.unsure || held.unknown || icons_differ(held.entity, entity)))
@@ -258,16 +273,27 @@ void Viewer::update(Held& held, const std::string& id, const SceneEntity& entity
   held.unsure = held.unknown = false;
 }
 
-void Viewer::update_surface(Held& held, const SceneEntity& entity, v1::EntityState& state) {
+void Viewer::update_surface(Held& held, const SceneEntity& entity, v1::EntityState& state) const {
   if (!entity.surface) return;
   if (held.surface == entity.surface && held.distances == entity.distances) return;
   // Of a surface that is dragged, the viewer has the triangles: two thirds of the work for both.
   const bool same_triangles = held.surface && entity.surface->topology() != 0 &&
                               held.surface->topology() == entity.surface->topology();
-  if (same_triangles) {
-    copy_without_triangles(*entity.surface, *state.mutable_surface());
+  // What the server itself has packed can be unpacked, for readers of vertex streams.
+  const bool as_streams = reading_ == MeshReading::vertex_streams;
+  if (as_streams && packs_ && !same_triangles) {
+    const auto plain = packs_->vertex_streams(entity.surface);
+    *state.mutable_surface() = plain ? **plain : *entity.surface;
   } else {
-    *state.mutable_surface() = *entity.surface;
+    if (same_triangles) {
+      copy_without_triangles(*entity.surface, *state.mutable_surface());
+    } else {
+      *state.mutable_surface() = *entity.surface;
+    }
+    if (as_streams) {
+      if (auto plain = codec::as_vertex_streams(state.surface()))
+        *state.mutable_surface() = *std::move(plain);
+    }
   }
   if (entity.distances) state.set_distances(*entity.distances);
   state.set_surface_id(entity.surface_id);
@@ -275,8 +301,9 @@ void Viewer::update_surface(Held& held, const SceneEntity& entity, v1::EntitySta
   held.distances = entity.distances;
 }
 
-void Viewer::update_dual(Held& held, const model::DualShape& shape, const SceneEntity& entity,
+void Viewer::update_dual(Held& held, const model::DualPtr& now, const SceneEntity& entity,
                          v1::EntityState& state) const {
+  const model::DualShape& shape = *now;
   state.set_representation(to_proto(shape.representation));
   state.set_surface_shown(shape.fitted());
   if (shape.fit) state.set_residual_rms_m(shape.fit->statistics.rms);
@@ -284,10 +311,13 @@ void Viewer::update_dual(Held& held, const model::DualShape& shape, const SceneE
   const model::DualPtr before = model::as_dual(held.entity.entity);
   const std::size_t common = before ? std::min(held.points, common_prefix(before->points, shape.points)) : 0;
   const std::size_t end = std::min(shape.points.size(), common + limits_.max_points_per_message);
-  if (held.unknown || common != held.points || end != common) {
-    auto packed = pack_points(shape.points, common, end);
+  if ((held.unknown && !before) || common != held.points || end != common) {
     // The model's limits keep every point within the codec's reach.
-    if (packed) *state.mutable_points() = *std::move(packed);
+    if (packs_) {
+      if (const auto packed = packs_->points(now, common, end)) *state.mutable_points() = **packed;
+    } else if (auto packed = pack_points(shape.points, common, end)) {
+      *state.mutable_points() = *std::move(packed);
+    }
   }
   held.points = end;
   if (held.unknown || curves_differ(before.get(), shape)) write_curves(shape, state);
@@ -310,8 +340,7 @@ std::optional<v1::Envelope> Viewer::next(const Scene& scene, const Personal& own
       v1::EntityState& state = *list.Add();
       update(held, id, entity, state);
       bytes += entity_overhead_bytes + state.points().positions().size() + state.points().styles().size() +
-               state.surface().positions().size() + state.surface().normals().size() +
-               state.surface().opacity().size() + state.surface().indices().size() + state.distances().size();
+               bytes_of(state.surface()) + state.distances().size();
       for (const v1::Polyline& curve : state.curves()) bytes += curve.points().size();
       for (const v1::Icon& icon : state.icons()) bytes += icon_overhead_bytes + icon.outline().size();
     }

@@ -53,14 +53,7 @@ class AtADesk : public ::testing::Test {
         folder_.path() / "modeld.log");
     ASSERT_TRUE(modeld_->read_line(patience)) << modeld_->error_output();
     x_ = std::make_unique<test::XDesktop>(desk_.width_px, desk_.height_px, folder_.path() / "xvfb.log");
-    hmd_ = std::make_unique<test::Process>(
-        std::vector<std::string>{test::program("handloft-hmd"), "--model", model, "--size",
-                                 std::to_string(desk_.width_px) + "x" + std::to_string(desk_.height_px),
-                                 "--name", "desk", "--panels", desk_.panels, "--report",
-                                 folder_.path() / "hmd.json", "--screenshot", folder_.path() / "desk.png"},
-        folder_.path() / "hmd.log",
-        std::vector<std::string>{x_->environment(), "LIBGL_ALWAYS_SOFTWARE=1",
-                                 "WAYLAND_DISPLAY=", "XDG_CONFIG_HOME=" + folder_.path().string()});
+    start_viewer();
     net::ClientOptions options;
     options.role = v1::ROLE_VIEWER;
     auto viewer = net::SyncClient::connect(*net::parse_endpoint(model), options, clock_);
@@ -70,6 +63,19 @@ class AtADesk : public ::testing::Test {
     join.mutable_join();
     ASSERT_TRUE(viewer_->send(join).ok());
     ASSERT_TRUE(x_->focus("Handloft", patience)) << hmd_->error_output();
+  }
+
+  void start_viewer() {
+    hmd_ = std::make_unique<test::Process>(
+        std::vector<std::string>{test::program("handloft-hmd"), "--model",
+                                 "unix:" + (folder_.path() / "m.sock").string(), "--size",
+                                 std::to_string(desk_.width_px) + "x" + std::to_string(desk_.height_px),
+                                 "--name", "desk", "--panels", desk_.panels, "--report",
+                                 folder_.path() / "hmd.json", "--screenshot", folder_.path() / "desk.png"},
+        folder_.path() / "hmd.log",
+        std::vector<std::string>{x_->environment(), "LIBGL_ALWAYS_SOFTWARE=1",
+                                 "WAYLAND_DISPLAY=", "XDG_CONFIG_HOME=" + folder_.path().string(),
+                                 "XDG_STATE_HOME=" + (folder_.path() / "state").string()});
   }
 
   void TearDown() override {
@@ -376,6 +382,42 @@ TEST_F(AtADesk, FromAnEmptyTableToAStepFile_V6_A25) {
   ASSERT_TRUE(until([&] { return answered_ == asked_ && steps_ == made - 1; }));
   x_->type_with("Control_L", "y");
   ASSERT_TRUE(until([&] { return answered_ == asked_ && steps_ == made; }));
+}
+
+TEST_F(AtADesk, GoesOnAsTheSameClientAfterACrash_U1) {
+  ASSERT_TRUE(until([&] { return scene().epoch != 0; }));
+  const auto lay = [&](double y, std::uint32_t steps) {
+    const std::vector<Pixel> path{pixel_of({-0.05, y, first_plane_m}), pixel_of({0.05, y, first_plane_m})};
+    ASSERT_TRUE(come_to(path[0], on_plane(path[0], first_plane_m)));
+    draw(path);
+    ASSERT_TRUE(until_steps(steps)) << presence_.tool();
+  };
+  ASSERT_NO_FATAL_FAILURE(lay(0.0, 1));
+  const std::uint64_t client = presence_.client_id();
+  hmd_->signal(SIGKILL);
+  ASSERT_EQ(hmd_->wait(patience), 128 + SIGKILL);
+  presence_.Clear();
+  start_viewer();
+  ASSERT_TRUE(x_->focus("Handloft", patience)) << hmd_->error_output();
+  // Were its operations numbered from the beginning again, this one would be taken for the first one's retry.
+  ASSERT_NO_FATAL_FAILURE(lay(0.03, 2));
+  EXPECT_EQ(presence_.client_id(), client) << "the key was kept";
+  // What was selected is not kept: the second stroke may be a shape of its own.
+  std::size_t rows = 0;
+  for (const double y : {0.0, 0.03}) {
+    rows += std::any_of(scene().entities.begin(), scene().entities.end(), [y](const auto& named) {
+      const auto& points = named.second->points->points;
+      return std::any_of(points.begin(), points.end(), [y](const client::FuzzyPoint& point) {
+        return std::abs(static_cast<double>(point.position.y) - y) < 0.005;
+      });
+    });
+  }
+  EXPECT_EQ(rows, 2U) << "both strokes are there";
+  // And what it did before its crash it may still take back.
+  for (const std::uint32_t left : {1U, 0U}) {
+    x_->type_with("Control_L", "z");
+    ASSERT_TRUE(until([&] { return answered_ == asked_ && steps_ == left; }));
+  }
 }
 
 TEST_F(AtADesk, SculptsASheetByAnIconAndPressesFirmly_V6_D19) {

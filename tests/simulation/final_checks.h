@@ -6,6 +6,7 @@
 
 #include "tests/simulation/judge.h"
 #include "tests/simulation/person.h"
+#include "tests/simulation/simulated_access.h"
 #include "tests/simulation/simulated_server.h"
 
 namespace handloft::simulation {
@@ -18,8 +19,9 @@ struct LogFigures {
   std::string document_hash;  ///< Of what is served.
 };
 /// D1, H3: every operation that was acknowledged is in the log once, at its place, in its client's order;
-/// nothing that was refused is. D6: the log, replayed, gives the document that is served. Afterwards the
-/// server must not be used.
-LogFigures check_log(SimulatedServer& server, Judge& judge);
+/// nothing that was refused is. D6: the log, replayed, gives the document that is served.
+/// U2: nothing is in it that somebody did who might not (`access` may be null).
+LogFigures check_log(SimulatedServer& server, const std::string& model, const SimulatedAccess* access,
+                     Judge& judge);
 
 }  // namespace handloft::simulation

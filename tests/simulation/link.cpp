@@ -106,7 +106,11 @@ bool Link::send(const net::Frame& frame) {
 }
 
 bool Link::send_latest(const net::SlotKey& slot, const net::Frame& frame) {
-  if (!accepts() || !outbox_.put_latest(slot, frame)) return false;
+  if (!accepts()) return false;
+  if (!outbox_.put_latest(slot, frame)) {
+    ++statistics_.dropped;
+    return false;
+  }
   flush();
   return true;
 }
@@ -237,7 +241,9 @@ void Link::hang_up(const std::string& reason) {
 net::ConnectionStatistics Link::statistics() const {
   net::ConnectionStatistics statistics = statistics_;
   statistics.queued_bytes = outbox_.queued_bytes();
-  statistics.queued_frames = outbox_.queued_frames();
+  // What the kernel has no room for.
+  const bool blocked = in_kernel_ >= options_.kernel_bytes;
+  statistics.queued_frames = outbox_.queued_frames() + (blocked ? 1 : 0);
   return statistics;
 }
 

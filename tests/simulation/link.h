@@ -45,6 +45,8 @@ class Link final : public net::Connection, public std::enable_shared_from_this<L
   bool client_send(const v1::Envelope& envelope);
   /// False: nothing arrives any more, whether the ends know it or not.
   bool whole() const { return !broken_; }
+  /// The server takes what comes.
+  bool served() const { return !broken_ && phase_ == Phase::joined; }
   void client_stalls() { stalled_ = true; }
   void client_reads();
   /// The client is gone or gives up; the server hears of it after a while, if ever.

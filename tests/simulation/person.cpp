@@ -31,6 +31,10 @@ Person::Person(Timeline& timeline, PersonOptions options, Connect connect, Judge
       judge_(judge),
       key_(new_key(options_.number, 0)) {}
 
+std::size_t Person::number_of(std::uint64_t client_op_id) {
+  return static_cast<std::size_t>((client_op_id >> op_shift) - 1);
+}
+
 void Person::begin() {
   connect_soon();
   work_later();
@@ -107,6 +111,7 @@ void Person::wave(int times) {
 void Person::join() {
   v1::Envelope envelope;
   v1::Join& request = *envelope.mutable_join();
+  request.set_model(options_.model);
   const auto scene = mirror_->scene();
   request.set_epoch(scene->epoch);
   for (const auto& [id, entity] : scene->entities) {
@@ -140,6 +145,10 @@ void Person::read(const v1::Envelope& envelope) {
       join();
       break;
     case v1::Envelope::kSnapshot: {
+      if (joined_) {
+        ++statistics_.begun_anew;
+        if (options_.anew == PersonOptions::Anew::passed_over) break;
+      }
       surface_ids_.clear();
       check(mirror_->apply(envelope.snapshot()), "snapshot");
       keep_surfaces(envelope.snapshot().entities());
@@ -161,6 +170,9 @@ void Person::read(const v1::Envelope& envelope) {
       read_ack(envelope.ack());
       break;
     case v1::Envelope::kFailure:
+      if (envelope.failure().closing()) ++statistics_.sent_away;
+      if (envelope.failure().closing() && envelope.failure().code() == "permission_denied")
+        ++statistics_.denied;
       if (envelope.failure().closing() && envelope.failure().code() == "invalid_argument") {
         judge_.complain(words() + " is sent away: " + envelope.failure().message());
       }

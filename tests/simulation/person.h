@@ -27,6 +27,12 @@ struct PersonOptions {
   double leases = 0.05;             ///< Of all that it does: to say what it will work on,
   double hurries = 0.1;             ///< or to be answered before the disk has it.
   OperationMix mix;
+  std::string model = {};  ///< Empty: the server's first.
+  enum class Anew {
+    shown,
+    passed_over,  ///< Negative control: with a snapshot on a connection that had one it does nothing.
+  };
+  Anew anew = Anew::shown;
   enum class Key {
     kept,
     forgotten,  ///< Negative control: comes again as somebody else, so that retries cannot be told.
@@ -40,6 +46,9 @@ struct PersonStatistics {
   std::uint64_t joins = 0;
   std::uint64_t resumed = 0;
   std::uint64_t gave_up = 0;
+  std::uint64_t begun_anew = 0;  ///< Snapshots on a connection that had one: it had read too slowly.
+  std::uint64_t sent_away = 0;   ///< With a Failure,
+  std::uint64_t denied = 0;      ///< of these since they may not be here.
   double longest_join_s = 0;
 };
 
@@ -67,6 +76,9 @@ class Person {
   std::string words() const;  ///< For a complaint.
   const client::SceneMirror& mirror() const { return *mirror_; }
   const LinkPtr& link() const { return link_; }
+  const PersonOptions& options() const { return options_; }
+  /// Whose operation it is.
+  static std::size_t number_of(std::uint64_t client_op_id);
   std::uint64_t client_id() const { return client_id_; }
   const PersonStatistics& statistics() const { return statistics_; }
   std::uint64_t trace() const { return trace_; }  ///< Of all that it was told.

@@ -25,11 +25,20 @@ struct SimulatedServerOptions {
   /// The model's thread, a thread beside it, the disk: longest piece of work.
   double model_s = 0.002, pool_s = 0.02, disk_s = 0.03;
   LinkOptions link;
+  /// ClientMemory::scene_bytes: who keeps more begins anew.
+  std::size_t scene_bytes = std::size_t{2} << 20;
+  std::shared_ptr<access::Gate> gate = {};  ///< Null: all are owners.
   enum class Disk {
     honest,
     lies,  ///< Negative control: what it says is flushed is gone with the power.
   };
   Disk disk = Disk::honest;
+};
+
+/// Who somebody is, as a kernel or TLS says.
+struct SimulatedPeer {
+  std::optional<std::uint32_t> uid = {};                  ///< Of a unix socket; nullopt: the server's own.
+  std::optional<net::CertificateFacts> certificate = {};  ///< Over TLS.
 };
 
 class SimulatedServer {
@@ -42,7 +51,7 @@ class SimulatedServer {
   /// From what the disk holds. A disk that cannot be opened is complained of.
   void start();
   bool up() const { return peers_ != nullptr; }
-  LinkPtr connect(const v1::Hello& hello, ClientEnd end);
+  LinkPtr connect(const v1::Hello& hello, ClientEnd end, const SimulatedPeer& peer = {});
 
   /// At once.
   void kill(test::Crash crash);
@@ -55,7 +64,8 @@ class SimulatedServer {
   void stop();
 
   session::Peers& peers() { return *peers_; }
-  store::ModelStore& store() { return *store_; }
+  /// Of a model; null: it is not open. "": the first.
+  session::RoomPtr room(const std::string& model) const;
   test::FaultDisk::Files files() const { return disk_->files(); }
   std::uint64_t starts() const { return starts_; }
   bool idle() const;
@@ -67,6 +77,8 @@ class SimulatedServer {
 
  private:
   test::FaultDisk::Files after(test::Crash crash, std::size_t end);
+  Result<session::OpenedModel> open(const std::string& file);
+  std::shared_ptr<SimulatedThread> thread(double longest_s);
   void tick(std::uint64_t start);
   void in_disk(const std::function<void()>& work);
   void forget();
@@ -76,10 +88,11 @@ class SimulatedServer {
   Judge& judge_;
   test::FaultDisk::Files before_;  ///< When this start began.
   std::unique_ptr<test::FaultDisk> disk_;
-  std::shared_ptr<SimulatedThread> model_, pool_, writer_, snapshots_;
-  std::shared_ptr<store::ModelStore> store_;
+  std::vector<std::shared_ptr<SimulatedThread>> threads_;
+  std::vector<std::shared_ptr<SimulatedThread>> disk_threads_;  ///< Of `threads_`.
   std::shared_ptr<session::Peers> peers_;
   net::ServerEvents events_;
+  net::ServerEvents tls_events_;
   std::vector<LinkPtr> links_;
   std::uint64_t last_number_ = 0;
   std::uint64_t starts_ = 0;

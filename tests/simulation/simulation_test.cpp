@@ -49,6 +49,9 @@ TEST(Simulation, S1WhateverGoesWrongNothingPromisedIsBroken) {
     all.resumed += outcome.resumed;
     all.gave_up += outcome.gave_up;
     all.restarts += outcome.restarts;
+    all.begun_anew += outcome.begun_anew;
+    all.sent_away += outcome.sent_away;
+    all.roles_changed += outcome.roles_changed;
     all.most_waiting = std::max(all.most_waiting, outcome.most_waiting);
     all.most_queued_bytes = std::max(all.most_queued_bytes, outcome.most_queued_bytes);
     if (outcome.complaints.empty()) continue;
@@ -60,7 +63,9 @@ TEST(Simulation, S1WhateverGoesWrongNothingPromisedIsBroken) {
   std::cout << seeds << " seeds, " << all.simulated_s << " s simulated: " << all.operations
             << " operations, of which " << all.durable << " acknowledged and " << all.refused << " refused, "
             << all.sent_again << " sent again, " << all.joins << " joins (" << all.resumed << " resumed), "
-            << all.gave_up << " connections given up, " << all.restarts << " restarts; at most "
+            << all.gave_up << " connections given up, " << all.begun_anew
+            << " snapshots since somebody read too slowly, " << all.sent_away << " sent away, "
+            << all.roles_changed << " roles changed, " << all.restarts << " restarts; at most "
             << all.most_waiting << " pieces of work and " << all.most_queued_bytes << " bytes waited\n";
   if (one != nullptr) return;
   // A simulation in which nothing goes wrong shows nothing.
@@ -68,6 +73,9 @@ TEST(Simulation, S1WhateverGoesWrongNothingPromisedIsBroken) {
   EXPECT_GT(all.refused, seeds / 2);
   EXPECT_GT(all.sent_again, seeds / 2);
   EXPECT_GT(all.restarts, seeds / 2);
+  EXPECT_GT(all.begun_anew, seeds / 10);
+  EXPECT_GT(all.sent_away, seeds / 10);
+  EXPECT_GT(all.roles_changed, seeds / 10);
 }
 
 TEST(Simulation, ASeedIsARun) {
@@ -90,6 +98,12 @@ std::uint64_t caught(std::uint64_t seeds, const WorldOptions& options, const std
   return count;
 }
 
+/// Of somebody who misses what the others saw, however that shows.
+std::uint64_t caught_missing(std::uint64_t seeds, const WorldOptions& options) {
+  return caught(seeds, options, "C1") + caught(seeds, options, "cannot read a delta") +
+         caught(seeds, options, "waits for ever");
+}
+
 TEST(Simulation, NegativeControlAnAnswerBeforeTheDiskHasItIsCaught) {
   WorldOptions options;
   options.person.hurries = 0;
@@ -109,9 +123,7 @@ TEST(Simulation, NegativeControlADiskThatForgetsWhatItFlushedIsCaught) {
 TEST(Simulation, NegativeControlALostDeltaIsCaught) {
   WorldOptions options;
   options.server.link.vanishing_per_million = 20'000;
-  EXPECT_GE(caught(10, options, "C1") + caught(10, options, "cannot read a delta") +
-                caught(10, options, "waits for ever"),
-            5U);
+  EXPECT_GE(caught_missing(10, options), 5U);
 }
 
 TEST(Simulation, NegativeControlARetryOfSomebodyElseIsCaught) {
@@ -119,6 +131,66 @@ TEST(Simulation, NegativeControlARetryOfSomebodyElseIsCaught) {
   options.connections_cut = 3;
   options.person.key = PersonOptions::Key::forgotten;
   EXPECT_GE(caught(10, options, "H3"), 5U);
+}
+
+/// Worlds in which little is kept for those who read slowly.
+WorldOptions slow_readers() {
+  WorldOptions options;
+  options.server_dies = options.server_stops = options.disk_breaks = 0;
+  options.stalls = 2;
+  options.server.scene_bytes = 200;
+  options.server.link.kernel_bytes = 512;
+  return options;
+}
+
+TEST(Simulation, U4WhoReadsTooSlowlyBeginsAnewAndSeesAll) {
+  std::uint64_t begun_anew = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const WorldOutcome outcome = run_world(seed, slow_readers());
+    EXPECT_TRUE(outcome.complaints.empty()) << seed << ": " << all_words(outcome);
+    begun_anew += outcome.begun_anew;
+  }
+  EXPECT_GT(begun_anew, 10U);
+}
+
+TEST(Simulation, NegativeControlWhoPassesOverTheSnapshotThatBeginsAnewIsCaught) {
+  WorldOptions options = slow_readers();
+  options.person.anew = PersonOptions::Anew::passed_over;
+  EXPECT_GE(caught_missing(10, options), 3U);
+}
+
+TEST(Simulation, U2WhoseRoleIsTakenDoesNothingFromThenOn) {
+  WorldOptions options;
+  options.roles_change = 2;
+  EXPECT_EQ(caught(10, options, ""), 0U);
+  options.change = SimulatedAccess::Change::forgotten;  // Negative control.
+  EXPECT_GE(caught(10, options, "U2"), 5U);
+}
+
+TEST(Simulation, U2ARevokedDeviceIsGoneAndDoesNothingFromThenOnAndNobodyElseNotices) {
+  WorldOptions options;
+  options.devices_revoked = 1;
+  std::uint64_t denied = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const WorldOutcome outcome = run_world(seed, options);
+    EXPECT_TRUE(outcome.complaints.empty()) << seed << ": " << all_words(outcome);
+    denied += outcome.denied;
+  }
+  EXPECT_GT(denied, 10U) << "some have worked just then";
+  // Negative controls.
+  options.change = SimulatedAccess::Change::forgotten;
+  EXPECT_GE(caught(10, options, "outlives its device"), 5U);
+  options.change = SimulatedAccess::Change::another;
+  EXPECT_GE(caught(10, options, "outlives its device") + caught(10, options, "nobody has revoked"), 5U);
+}
+
+TEST(Simulation, U1WhatIsDoneToOneModelIsInNoOther) {
+  WorldOptions options;
+  options.models = 3;
+  options.people = 6;
+  EXPECT_EQ(caught(10, options, ""), 0U);
+  options.dealt = WorldOptions::Dealt::otherwise;  // Negative control.
+  EXPECT_GE(caught(10, options, "is nobody's") + caught(10, options, "D1"), 8U);
 }
 
 }  // namespace

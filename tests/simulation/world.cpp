@@ -23,19 +23,29 @@ constexpr std::size_t most_waiting_each = 200;
 class World {
  public:
   World(std::uint64_t seed, const WorldOptions& options)
-      : options_(options), timeline_(seed), server_(timeline_, options.server, judge_) {
+      : options_(options),
+        timeline_(seed),
+        judges_(options.models),
+        access_(options.roles_change > 0 || options.devices_revoked > 0
+                    ? std::make_unique<SimulatedAccess>(timeline_, options.people, options.change, judge())
+                    : nullptr),
+        server_(timeline_, with_gate(options.server, access_.get()), judge()) {
     for (std::size_t i = 0; i < options.people; ++i) {
       PersonOptions person = options.person;
       person.number = i;
+      person.model = name_of(i % options.models);
       if (i % 4 == 3) person.role = v1::ROLE_VIEWER;
       people_.push_back(std::make_unique<Person>(
           timeline_, person,
-          [this](const v1::Hello& hello, ClientEnd end) { return server_.connect(hello, std::move(end)); },
-          judge_));
+          [this, i](const v1::Hello& hello, ClientEnd end) {
+            return server_.connect(hello, std::move(end), peer_of(i));
+          },
+          judge_of(i)));
     }
   }
 
   WorldOutcome run() {
+    for (std::size_t i = 0; options_.devices_revoked > 0 && i < people_.size(); ++i) access_->pair(i);
     server_.start();
     for (const auto& person : people_) {
       timeline_.after(timeline_.random().unit() * options_.all_there_after_s, [&] { person->begin(); });
@@ -50,15 +60,36 @@ class World {
       restart_soon();
     });
     now_and_then(options_.disk_breaks, [this] { break_disk(); });
+    if (access_) now_and_then(options_.roles_change, [this] { change_role(); });
+    if (access_) now_and_then(options_.devices_revoked, [this] { revoke_device(); });
     run_for(options_.lasts_s, [] { return false; });
     quiet_ = true;
     server_.let_live();
+    for (std::size_t i = 0; access_ && i < people_.size(); ++i) access_->grant(i, v1::ROLE_OWNER);
+    for (std::size_t i = 0; options_.devices_revoked > 0 && i < people_.size(); ++i) access_->pair(i);
     for (const auto& person : people_) person->works(false);
     settle();
     return outcome();
   }
 
  private:
+  static SimulatedServerOptions with_gate(SimulatedServerOptions server, const SimulatedAccess* access) {
+    if (access != nullptr) server.gate = access->gate();
+    return server;
+  }
+  static std::string name_of(std::size_t model) {
+    return model == 0 ? std::string() : "model-" + std::to_string(model);
+  }
+  /// Of the first model, and of what concerns none.
+  Judge& judge() { return judges_.front(); }
+  Judge& judge_of(std::size_t person) {
+    const std::size_t off = options_.dealt == WorldOptions::Dealt::otherwise ? 1 : 0;
+    return judges_[(person + off) % judges_.size()];
+  }
+  bool has_complaints() const {
+    return std::any_of(judges_.begin(), judges_.end(),
+                       [](const Judge& judge) { return !judge.complaints().empty(); });
+  }
   Random& random() { return timeline_.random(); }
   Person& somebody() { return *people_.at(random().below(people_.size())); }
 
@@ -85,6 +116,34 @@ class World {
         person.link()->cut(random().unit(), random().between(5, 60));
         break;
     }
+  }
+
+  void change_role() {
+    constexpr v1::Role roles[] = {v1::ROLE_UNSPECIFIED, v1::ROLE_VIEWER, v1::ROLE_COMMENTER,
+                                  v1::ROLE_EDITOR,      v1::ROLE_OWNER,  v1::ROLE_OWNER};
+    access_->grant(random().below(people_.size()), roles[random().below(std::size(roles))]);
+  }
+
+  SimulatedPeer peer_of(std::size_t person) const {
+    SimulatedPeer peer;
+    if (!access_) return peer;
+    peer.uid = SimulatedAccess::uid_of(person);
+    peer.certificate = access_->certificate_of(person);
+    return peer;
+  }
+
+  void revoke_device() {
+    const std::size_t person = random().below(people_.size());
+    access_->revoke_device(person);
+    if (const LinkPtr link = people_[person]->link()) {
+      timeline_.after(SimulatedAccess::seen_within_s, [this, link, person] {
+        if (link->served())
+          judge().complain("U2: the connection of person " + std::to_string(person) + " outlives its device");
+      });
+    }
+    timeline_.after(random().between(2, 5), [this, person] {
+      if (!quiet_) access_->pair(person);
+    });
   }
 
   void kill() {
@@ -125,7 +184,7 @@ class World {
   bool run_for(double seconds, const Done& done) {
     const TimePoint end = timeline_.now() + from_seconds(seconds);
     while (!done()) {
-      if (!judge_.complaints().empty() || !timeline_.step(end)) return false;
+      if (has_complaints() || !timeline_.step(end)) return false;
     }
     return true;
   }
@@ -137,8 +196,10 @@ class World {
         return false;
       }
       if (!server_.idle()) return false;
-      const auto scene = server_.peers().actor().scene();
       for (const auto& person : people_) {
+        const session::RoomPtr room = server_.room(person->options().model);
+        if (!room) return false;
+        const auto scene = room->actor->scene();
         const auto seen = person->mirror().scene();
         if (!person->content() || seen->epoch != scene->epoch || seen->sequence != scene->sequence)
           return false;
@@ -150,13 +211,13 @@ class World {
     do {
       if (run_for(to_seconds(end - timeline_.now()), settled)) {
         run_for(calm_s, [] { return false; });
-      } else if (judge_.complaints().empty()) {
-        judge_.complain(server_.up() ? "somebody waits for ever" : "the server does not come back");
+      } else if (!has_complaints()) {
+        judge().complain(server_.up() ? "somebody waits for ever" : "the server does not come back");
         for (const auto& person : people_) {
-          if (!person->content()) judge_.complain(person->words());
+          if (!person->content()) judge().complain(person->words());
         }
       }
-    } while (judge_.complaints().empty() && !settled());
+    } while (!has_complaints() && !settled());
   }
 
   void restart_soon_once() {
@@ -169,12 +230,16 @@ class World {
 
   WorldOutcome outcome() {
     WorldOutcome outcome;
-    if (judge_.complaints().empty() && server_.up()) {
-      const auto scene = server_.peers().actor().scene();
-      for (const auto& person : people_) check_mirror(*person, *scene, judge_);
-      const LogFigures log = check_log(server_, judge_);
-      outcome.in_log = log.records;
-      outcome.document_hash = log.document_hash;
+    if (!has_complaints() && server_.up()) {
+      for (const auto& person : people_) {
+        if (const session::RoomPtr room = server_.room(person->options().model))
+          check_mirror(*person, *room->actor->scene(), judge());
+      }
+      for (std::size_t i = 0; i < judges_.size() && i < people_.size(); ++i) {
+        const LogFigures log = check_log(server_, name_of(i), access_.get(), judges_[i]);
+        outcome.in_log += log.records;
+        outcome.document_hash += log.document_hash;
+      }
     }
     outcome.simulated_s = timeline_.seconds();
     outcome.restarts = server_.starts() - 1;
@@ -185,28 +250,38 @@ class World {
       outcome.joins += its.joins;
       outcome.resumed += its.resumed;
       outcome.gave_up += its.gave_up;
+      outcome.begun_anew += its.begun_anew;
+      outcome.sent_away += its.sent_away;
+      outcome.denied += its.denied;
+      if (options_.devices_revoked > 0 && its.denied > 0 && !access_->was_revoked(person->options().number))
+        judge().complain("U2: " + person->words() + " was sent away, though nobody has revoked its device");
       outcome.longest_join_s = std::max(outcome.longest_join_s, its.longest_join_s);
       outcome.trace = (outcome.trace * 31) ^ person->trace();
     }
-    for (const auto& [op, told] : judge_.told()) {
-      if (told.promise == Judge::Promise::durable) ++outcome.durable;
-      if (told.promise == Judge::Promise::refused) ++outcome.refused;
+    for (const Judge& each : judges_) {
+      for (const auto& [op, told] : each.told()) {
+        if (told.promise == Judge::Promise::durable) ++outcome.durable;
+        if (told.promise == Judge::Promise::refused) ++outcome.refused;
+      }
     }
+    if (access_) outcome.roles_changed = access_->changes();
     server_.take_figures();
     outcome.most_waiting = server_.most_waiting();
     outcome.most_queued_bytes = server_.most_queued_bytes();
     if (outcome.most_waiting > most_waiting_each * options_.people)
-      judge_.complain(std::to_string(outcome.most_waiting) + " pieces of work waited");
+      judge().complain(std::to_string(outcome.most_waiting) + " pieces of work waited");
     const net::OutboxLimits& limits = options_.server.link.outbox;
     if (outcome.most_queued_bytes > limits.max_queued_bytes + limits.max_slot_bytes)
-      judge_.complain(std::to_string(outcome.most_queued_bytes) + " bytes waited for a client");
-    outcome.complaints = judge_.complaints();
+      judge().complain(std::to_string(outcome.most_queued_bytes) + " bytes waited for a client");
+    for (const Judge& each : judges_)
+      outcome.complaints.insert(outcome.complaints.end(), each.complaints().begin(), each.complaints().end());
     return outcome;
   }
 
   const WorldOptions options_;
-  Judge judge_;
   Timeline timeline_;
+  std::vector<Judge> judges_;  ///< By model.
+  std::unique_ptr<SimulatedAccess> access_;
   SimulatedServer server_;
   std::vector<std::unique_ptr<Person>> people_;
   bool quiet_ = false;
@@ -238,9 +313,21 @@ WorldOptions random_options(std::uint64_t seed) {
     options.server.link.outbox.max_queued_bytes = 4096;
     options.server.link.outbox.max_queued_frames = 16;
   }
+  // Lanes that fill: of those who read slowly the presence of some is dropped, and scenes begin anew.
+  if (random.chance(0.5)) {
+    options.server.scene_bytes = 100 + random.below(2000);
+    options.server.link.outbox.max_slots = 1 + random.below(4);
+    options.server.link.outbox.max_slot_bytes = 64 + random.below(1024);
+    options.server.link.kernel_bytes = std::size_t{1} << (8 + random.below(6));
+  }
+  options.models = random.chance(0.4) ? 2 + random.below(2) : 1;
+  options.models = std::min(options.models, options.people);
+  // With a real file, and so by real time the slowest of all: in some.
+  options.roles_change = random.chance(0.15) ? random.between(0.2, 1.5) : 0.0;
   options.person.mean_pause_s = random.between(0.05, 0.5);
   options.person.most_unanswered = 1 + random.below(16);
   options.person.mix.undo = random.between(0, 0.3);
+  if (options.roles_change == 0 && random.chance(0.1)) options.devices_revoked = random.between(0.2, 1.5);
   return options;
 }
 

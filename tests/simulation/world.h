@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/simulation/person.h"
+#include "tests/simulation/simulated_access.h"
 #include "tests/simulation/simulated_server.h"
 
 namespace handloft::simulation {
@@ -23,6 +24,17 @@ struct WorldOptions {
   double server_dies = 0.12;
   double server_stops = 0.03;
   double disk_breaks = 0.03;
+  double roles_change = 0;  ///< Then there is an access file, and people are anybody from viewers to owners.
+  /// Then people come by TLS, each with a device of an access file, which is revoked while they work; some
+  /// time later they are given another one.
+  double devices_revoked = 0;
+  SimulatedAccess::Change change = SimulatedAccess::Change::written;
+  std::size_t models = 1;  ///< Of one server; the people are dealt out to them.
+  enum class Dealt {
+    as_they_join,
+    otherwise,  ///< Negative control: what they did is looked for in another one.
+  };
+  Dealt dealt = Dealt::as_they_join;
   /// People come one after another within the first so many seconds.
   double all_there_after_s = 4;
   SimulatedServerOptions server;
@@ -35,6 +47,7 @@ struct WorldOutcome {
   double simulated_s = 0;
   std::uint64_t operations = 0, in_log = 0, durable = 0, refused = 0;
   std::uint64_t sent_again = 0, joins = 0, resumed = 0, gave_up = 0, restarts = 0;
+  std::uint64_t begun_anew = 0, sent_away = 0, denied = 0, roles_changed = 0, dropped = 0;
   std::size_t most_waiting = 0, most_queued_bytes = 0;
   double longest_join_s = 0;  ///< From a connection to the scene on it, of those that lived to see it.
   std::string document_hash;  ///< In the end.

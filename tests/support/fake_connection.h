@@ -32,6 +32,7 @@ class FakeConnection final : public net::Connection {
     pull_ = std::move(pull);
   }
   void notify_pull() override {
+    ++notified_;
     if (stalled_) return;
     const std::lock_guard turn(pull_mutex_);
     Pull pull;
@@ -65,6 +66,20 @@ class FakeConnection final : public net::Connection {
     notify_pull();
   }
 
+  /// Asks for one message of what is pulled, whether or not it is stalled; false: there is none.
+  bool pull_one() {
+    const std::lock_guard turn(pull_mutex_);
+    Pull pull;
+    {
+      const std::lock_guard lock(mutex_);
+      pull = pull_;
+    }
+    const auto frame = pull ? pull() : std::nullopt;
+    return frame && keep(*frame);
+  }
+  /// How often there was said to be something to pull.
+  int notified() const { return notified_; }
+
   bool paused() const { return paused_; }
   /// All that was sent so far.
   std::vector<v1::Envelope> sent() const {
@@ -94,6 +109,7 @@ class FakeConnection final : public net::Connection {
   std::atomic<bool> paused_ = false;
   std::atomic<bool> closed_ = false;
   std::atomic<bool> stalled_ = false;
+  std::atomic<int> notified_ = 0;
 };
 
 }  // namespace handloft::test

@@ -50,12 +50,22 @@ struct FaultDisk::State {
   std::map<std::string, Shared> shared;
   std::vector<Event> events;
   std::size_t reads = 0;
+  std::size_t calls = 0;
   std::size_t fail_index = 0;
   Failure failure = Failure::none;
 
+  /// Whether this call, neither of a read nor of a write, shall fail.
+  bool call_fails() {
+    const bool fails = failure == Failure::call_error && calls == fail_index;
+    if (fails) failure = Failure::none;
+    ++calls;
+    return fails;
+  }
+
   /// Whether the next write or flush shall fail.
   Failure next() {
-    if (failure == Failure::none || failure == Failure::read_error) return Failure::none;
+    if (failure == Failure::none || failure == Failure::read_error || failure == Failure::call_error)
+      return Failure::none;
     const bool for_good = failure == Failure::full_for_good || failure == Failure::error_for_good;
     if (events.size() < fail_index || (!for_good && events.size() > fail_index)) return Failure::none;
     const Failure now = failure;
@@ -139,11 +149,15 @@ int flush_file(sqlite3_file* file, int) {
 }
 
 int file_size(sqlite3_file* file, sqlite3_int64* size) {
+  if (of(file).disk->call_fails()) return SQLITE_IOERR_FSTAT;
   *size = static_cast<sqlite3_int64>(of(file).disk->files[*of(file).path].size());
   return SQLITE_OK;
 }
 
-int lock_file(sqlite3_file*, int) {
+int lock_file(sqlite3_file* file, int) {
+  return of(file).disk->call_fails() ? SQLITE_IOERR_LOCK : SQLITE_OK;
+}
+int unlock_file(sqlite3_file*, int) {
   return SQLITE_OK;
 }
 int check_lock(sqlite3_file*, int* locked) {
@@ -161,10 +175,11 @@ int characteristics(sqlite3_file*) {
 }
 
 int map_shared(sqlite3_file* file, int page, int bytes, int extend, void volatile** to) {
+  *to = nullptr;
+  if (of(file).disk->call_fails()) return SQLITE_IOERR_SHMMAP;
   State::Shared& shared = of(file).disk->shared[*of(file).path];
   shared.users.insert(file);
   auto& regions = shared.regions;
-  *to = nullptr;
   while (regions.size() <= static_cast<std::size_t>(page)) {
     if (extend == 0) return SQLITE_OK;
     regions.push_back(std::make_unique<char[]>(static_cast<std::size_t>(bytes)));
@@ -172,8 +187,8 @@ int map_shared(sqlite3_file* file, int page, int bytes, int extend, void volatil
   *to = regions[static_cast<std::size_t>(page)].get();
   return SQLITE_OK;
 }
-int lock_shared(sqlite3_file*, int, int, int) {
-  return SQLITE_OK;
+int lock_shared(sqlite3_file* file, int, int, int flags) {
+  return (flags & SQLITE_SHM_LOCK) != 0 && of(file).disk->call_fails() ? SQLITE_IOERR_SHMLOCK : SQLITE_OK;
 }
 void barrier(sqlite3_file*) {}
 int unmap_shared(sqlite3_file* file, int) {
@@ -184,9 +199,9 @@ int unmap_shared(sqlite3_file* file, int) {
   return SQLITE_OK;
 }
 
-const sqlite3_io_methods methods = {2,          close_file,   read_file,       write_file, truncate_file,
-                                    flush_file, file_size,    lock_file,       lock_file,  check_lock,
-                                    control,    sector_size,  characteristics, map_shared, lock_shared,
+const sqlite3_io_methods methods = {2,          close_file,   read_file,       write_file,  truncate_file,
+                                    flush_file, file_size,    lock_file,       unlock_file, check_lock,
+                                    control,    sector_size,  characteristics, map_shared,  lock_shared,
                                     barrier,    unmap_shared, nullptr,         nullptr};
 
 State& disk_of(sqlite3_vfs* vfs) {
@@ -198,6 +213,7 @@ int open_file(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags,
   State& disk = disk_of(vfs);
   File& one = of(file);
   one.base.pMethods = nullptr;
+  if (disk.call_fails()) return SQLITE_CANTOPEN;
   const std::string path = name != nullptr ? name : "temporary-" + std::to_string(++anonymous);
   if (!disk.files.contains(path)) {
     if ((flags & SQLITE_OPEN_CREATE) == 0) return SQLITE_CANTOPEN;
@@ -224,6 +240,7 @@ int remove_file(sqlite3_vfs* vfs, const char* name, int) {
 }
 
 int access_file(sqlite3_vfs* vfs, const char* name, int flags, int* result) {
+  if (disk_of(vfs).call_fails()) return SQLITE_IOERR_ACCESS;
   const auto& files = disk_of(vfs).files;
   const auto found = files.find(name);
   *result = found != files.end() && (flags != SQLITE_ACCESS_EXISTS || !found->second.empty()) ? 1 : 0;
@@ -284,11 +301,18 @@ const std::string& FaultDisk::name() const {
 
 void FaultDisk::fail_at(std::size_t index, Failure failure) {
   state_->failure = failure;
-  state_->fail_index = index + (failure == Failure::read_error ? state_->reads : state_->events.size());
+  const std::size_t so_far = failure == Failure::read_error   ? state_->reads
+                             : failure == Failure::call_error ? state_->calls
+                                                              : state_->events.size();
+  state_->fail_index = index + so_far;
 }
 
 std::size_t FaultDisk::reads() const {
   return state_->reads;
+}
+
+std::size_t FaultDisk::calls() const {
+  return state_->calls;
 }
 
 const std::vector<FaultDisk::Event>& FaultDisk::events() const {

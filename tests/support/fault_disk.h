@@ -32,6 +32,7 @@ class FaultDisk {
     full_for_good,   ///< From then on there is no space.
     error_for_good,  ///< From then on the device fails.
     read_error,      ///< Once: of reads, counted apart.
+    call_error,      ///< Once: of all other calls (opening, locks, sizes, shared memory), counted apart.
   };
 
   explicit FaultDisk(Files files = {});
@@ -41,9 +42,10 @@ class FaultDisk {
 
   /// For LogOptions::vfs.
   const std::string& name() const;
-  /// At the index-th write, truncate or flush (or read) from now.
+  /// At the index-th write, truncate or flush (or read, or other call) from now.
   void fail_at(std::size_t index, Failure failure);
   std::size_t reads() const;
+  std::size_t calls() const;
   const std::vector<Event>& events() const;
   Files files() const;
 

@@ -11,10 +11,11 @@ import time
 from google.protobuf.message import DecodeError
 
 from handloft import endpoint as endpoints
-from handloft import messages
+from handloft import mesh_codec, messages
 from handloft.errors import ConnectionLost, ProtocolError, Refused, ServerClosed, Timeout
 
-PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 2
+# Since 1.3 meshes come packed with Zstandard.
+PROTOCOL_MAJOR, PROTOCOL_MINOR = 1, 2 if mesh_codec.zstandard is None else 3
 HEAD = struct.Struct("<I")
 MAX_BYTES_BEFORE_WELCOME = 4096
 # Of one frame that we take, whatever the server says that it may send.
@@ -282,9 +283,9 @@ class Connection:
         with self._state:
             if self._error:
                 return
+            os.write(self._wake_write, b"x")  # before: who reads closes it when it sees the error
             self._error = error
             waiting = list(self._waiting.values())
-        os.write(self._wake_write, b"x")
         for one in waiting:
             one.event.set()
         if not ours:

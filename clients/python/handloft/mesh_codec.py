@@ -1,10 +1,16 @@
-"""Meshes as they travel: meshoptimizer's vertex (version 0) and index (versions 0, 1) codecs, octahedral normals.
+"""Meshes as they travel: residuals in Zstandard, where Python has it, or meshoptimizer's vertex codec (version 0) from
+servers of protocol 1.2; meshoptimizer's index codec (versions 0, 1); octahedral normals.
 
 The bytes may come from anybody: whatever they are, the answer is a mesh or a ValueError.
 """
 
 import math
 import struct
+
+try:
+    import zstandard
+except ImportError:  # Then the server is told that this viewer is of protocol 1.2.
+    zstandard = None
 
 MAX_VERTICES = 1 << 20
 MAX_INDICES = 6 << 20
@@ -180,24 +186,69 @@ def decode_indices(data, count, vertex_count):
     return out
 
 
-def decode_positions(message):
-    """Vertices of a Mesh message as (x, y, z), metres."""
+def decode_residuals(data, count, row):
+    """Five lists of `count` numbers of 16 bits: x, y, z and the normal's two. PROTOCOL.md, "Meshes"."""
+    if zstandard is None:
+        raise ValueError("found residuals, but Python's zstandard is not installed")
+    if count > MAX_VERTICES or row > count:
+        raise ValueError("found %d vertices, %d a row" % (count, row))
+    size = 10 * count
+    try:
+        if zstandard.get_frame_parameters(data).content_size != size:
+            raise ValueError("the residuals are not those of %d vertices" % count)
+        planes = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
+    except zstandard.ZstdError as problem:
+        raise ValueError("found no residuals: %s" % problem) from problem
+    if len(planes) != size:
+        raise ValueError("the residuals are cut off")
+    row = row or max(count, 1)
+    return [_from_residuals(planes[2 * k * count : (2 * k + 2) * count], count, row) for k in range(5)]
+
+
+def _from_residuals(planes, count, row):
+    values = [0] * count
+
+    def straight_on(i, step):
+        if i < step:
+            return 0
+        return values[i - step] if i < 2 * step else 2 * values[i - step] - values[i - 2 * step]
+
+    for i in range(count):
+        if i < row:
+            predicted = straight_on(i, 1)
+        elif i % row == 0:
+            predicted = straight_on(i, row)
+        else:
+            predicted = values[i - 1] + values[i - row] - values[i - row - 1]
+        folded = planes[i] | planes[count + i] << 8
+        values[i] = (predicted + ((folded >> 1) ^ -(folded & 1))) & 0xFFFF
+    return values
+
+
+def decode_vertices_of(message):
+    """Vertices of a Mesh message as (x, y, z), metres, and their unit normals."""
     count = message.vertex_count
     if count == 0:
-        return []
+        return [], []
     x0, y0, z0, step = message.origin.x, message.origin.y, message.origin.z, message.step_m
     if not all(math.isfinite(one) for one in (x0, y0, z0, step)):
         raise ValueError("the mesh lies nowhere")
-    raw = decode_vertices(message.positions, count, 8)
-    return [(x0 + step * x, y0 + step * y, z0 + step * z) for x, y, z, _ in struct.iter_unpack("<4H", raw)]
+    if message.residuals:
+        xs, ys, zs, us, vs = decode_residuals(message.residuals, count, message.row)
+        places = zip(xs, ys, zs)
+        packed_normals = ((u - ((u & 0x8000) << 1), v - ((v & 0x8000) << 1)) for u, v in zip(us, vs))
+    else:
+        places = ((x, y, z) for x, y, z, _ in struct.iter_unpack("<4H", decode_vertices(message.positions, count, 8)))
+        packed_normals = struct.iter_unpack("<2h", decode_vertices(message.normals, count, 4))
+    positions = [(x0 + step * x, y0 + step * y, z0 + step * z) for x, y, z in places]
+    return positions, [octahedral(u, v) for u, v in packed_normals]
 
 
-def decode_normals(message):
-    """Unit normals of its vertices."""
-    if message.vertex_count == 0:
-        return []
-    raw = decode_vertices(message.normals, message.vertex_count, 4)
-    return [octahedral(x, y) for x, y in struct.iter_unpack("<2h", raw)]
+def decode_opacity(message):
+    """0 to 1 a vertex."""
+    if message.residuals and not message.opacity:
+        return [1.0] * message.vertex_count
+    return [one / 255.0 for one in message.opacity]
 
 
 def octahedral(x, y):

@@ -3,6 +3,7 @@
 import contextlib
 import getpass
 import itertools
+import os
 import secrets
 import threading
 import time
@@ -25,9 +26,26 @@ def new_client_key():
     return secrets.token_bytes(32)
 
 
+def _users_name():
+    """What this user is called; in a container the user may have a number and no name, which is no reason not to work."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # Python says the one before 3.13 and the other since
+        return "uid-%d" % os.getuid()
+
+
 def connect(endpoint=None, **options):
     """A Model: see there for the options. Without an endpoint this user's own server."""
     return Model(endpoint or default_endpoint(), **options)
+
+
+def _worth_another_try(lost):
+    """Whether the server might take us again: one that stops comes back, one that knows us no more does not."""
+    if not isinstance(lost, ServerClosed):
+        return not isinstance(lost, ProtocolError)
+    if lost.field == "hello.client_key":
+        return False  # the same client has connected anew; the two would close each other for ever
+    return lost.code in ("unavailable", "resource_exhausted", "cancelled")
 
 
 class Outcome:
@@ -77,8 +95,9 @@ class Model:
         self.endpoint, self.model, self.timeout = endpoint, model, timeout
         self.client_key = client_key or new_client_key()
         self._role, self._credentials, self._answer_when = role, credentials, answer_when
-        self._name = name if name is not None else getpass.getuser()
+        self._name = name if name is not None else _users_name()
         self._reconnect = reconnect
+        # Never from 1: a client with a key of an earlier time has used that, and a number is applied once.
         self._operations = itertools.count(secrets.randbits(62) + 1)
         self._live = threading.RLock()  # of the connection itself
         self._closed = False
@@ -87,8 +106,14 @@ class Model:
         self._join_facts = None
         self._whole, self._changed, self._removed = False, {}, {}
         self._presences, self._lost, self._capture_ns, self._anything = {}, None, 0, False
-        self._first_scene = True
+        self._first_scene, self._ever_scene = True, False
         self._connection = self._new_connection(time.monotonic() + timeout)
+        if model:  # who has not joined means the server's first one
+            try:
+                self.join()
+            except BaseException:
+                self.close()
+                raise
 
     # --- the connection
 
@@ -143,8 +168,10 @@ class Model:
                     if self._joined:
                         self._send_join(self._connection)
                 except ServerClosed as error:
-                    if error.code not in ("unavailable", "resource_exhausted", "cancelled") or time.monotonic() > deadline:
+                    if not _worth_another_try(error) or time.monotonic() + pause > deadline:
                         raise
+                    time.sleep(pause)
+                    pause = min(2 * pause, RECONNECT_MOST_S)
                 except (ConnectionLost, Timeout):
                     if time.monotonic() + pause > deadline:
                         raise
@@ -165,8 +192,10 @@ class Model:
                 answer, again = connection.exchange(
                     envelope, lambda number: setattr(body, "request", number), max(0.0, deadline - time.monotonic())
                 )
-            except ConnectionLost:
+            except ConnectionLost as lost:
                 if self._closed or not self._reconnect or not safe or time.monotonic() >= deadline:
+                    raise
+                if not _worth_another_try(lost):
                     raise
                 continue
             if again:
@@ -289,6 +318,8 @@ class Model:
     # --- people
 
     def people(self):
+        """Who works on this model now, this client among them; joins it, since only then one is there."""
+        self.join()
         return self.query("people")["people"]
 
     def models(self):
@@ -298,6 +329,7 @@ class Model:
     @contextlib.contextmanager
     def lease(self, identifier):
         """While it lasts, others are told that this client shapes the entity. Refused while it is somebody else's."""
+        self.join()  # a lease ends with who is there
         over = threading.Event()
 
         def ask(release):
@@ -397,7 +429,7 @@ class Model:
                 before = set(self._scene.entities)
                 self._changed = dict.fromkeys(self._scene._take_snapshot(envelope.snapshot))
                 self._removed = dict.fromkeys(before - set(self._changed))
-                self._whole = self._anything = True
+                self._whole = self._anything = self._ever_scene = True
             elif kind == "delta":
                 self._first_scene = False
                 self._scene._take_delta(envelope.delta)
@@ -408,14 +440,14 @@ class Model:
                     self._removed[identifier] = None
                     self._changed.pop(identifier, None)
                 self._capture_ns = envelope.delta.capture_time_ns or self._capture_ns
-                self._anything = True
+                self._anything = self._ever_scene = True
             elif kind == "presence":
                 key = (envelope.presence.client_id, envelope.presence.name)
                 self._presences[key] = messages.plain(envelope.presence)
-                self._anything = True
+                self._anything = self._ever_scene  # what comes of others before the scene is told with it
             elif kind == "people":
                 self._scene.people = messages.plain(envelope.people)["people"]
-                self._anything = True
+                self._anything = self._ever_scene
             elif kind == "joined":
                 self._join_facts = envelope.joined
                 return

@@ -28,6 +28,7 @@ class Surface:
     def __init__(self, message, known):
         self._message = message
         self._indices = None
+        self._vertices = None
         if message.topology and message.index_count and not message.indices:
             if known is None or known._message.topology != message.topology:
                 raise ProtocolError("found a mesh without its triangles")
@@ -38,16 +39,21 @@ class Surface:
     @property
     def vertices(self):
         """Metres, world: x, y, z of each."""
-        return rows(mesh_codec.decode_positions(self._message), 3)
+        return rows(self._decoded()[0], 3)
 
     @property
     def normals(self):
-        return rows(mesh_codec.decode_normals(self._message), 3)
+        return rows(self._decoded()[1], 3)
+
+    def _decoded(self):
+        if self._vertices is None:
+            self._vertices = mesh_codec.decode_vertices_of(self._message)
+        return self._vertices
 
     @property
     def opacity(self):
         """0 to 1 a vertex: what the trim leaves to see."""
-        return [one / 255.0 for one in self._message.opacity]
+        return mesh_codec.decode_opacity(self._message)
 
     @property
     def triangles(self):

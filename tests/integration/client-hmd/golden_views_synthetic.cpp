@@ -207,7 +207,20 @@ std::vector<GoldenView> ghost_views() {
   before.name = "Cem";
   before.doing = "";
   before.colour = {0.35F, 0.05F, 0.40F};
+  // Held by somebody whose hand is not to be seen, with a comment of somebody else's on it (U1, U6).
+  const auto held = [](ColourScheme colours) {
+    return [colours] {
+      Frame frame = near_frame(Representation::surface);
+      frame.colours = colours;
+      frame.holders.push_back({"top", "Mira", linear_rgb(user_colour(3, colours))});
+      frame.pins.push_back({{0.02F, -0.01F, 0.047F}, 1, linear_rgb(user_colour(4, colours))});
+      return frame;
+    };
+  };
   return {
+      {"held_by_somebody", held(ColourScheme::normal)},
+      {"held_by_somebody_colour_blind_safe", held(ColourScheme::colour_blind_safe)},
+      {"held_by_somebody_high_contrast", held(ColourScheme::high_contrast)},
       {"ghosts_two", with({anna(), bo()}, synthetic_scene())},
       {"ghosts_drawing", with({drawing}, synthetic_scene(Representation::surface))},
       {"ghosts_pushing", with({pushing}, synthetic_scene(Representation::points))},

@@ -200,6 +200,117 @@ TEST_F(PanelsAtWork, WatchWithoutAHandOfTheirOwn_V7) {
   EXPECT_THAT(requests_, testing::IsEmpty());
 }
 
+class PanelsOfATeam : public PanelsAtWork {
+ protected:
+  void SetUp() override {
+    width_ = 1280;
+    height_ = 1400;  // Everything of the page is to be seen.
+    PanelsAtWork::SetUp();
+    model_.own_client_id = 2;
+    model_.role = v1::ROLE_OWNER;
+    scene_->versions = std::make_shared<const std::vector<NamedVersion>>(std::vector<NamedVersion>{
+        {"first", "", "Mira", 0, "round"}, {"second", "softer", "Jonas", 0, "round"}});
+    PinnedComment flat;
+    flat.id = "c-1";
+    flat.text = "Too flat.";
+    flat.entity = "shape-2";
+    flat.author = "Mira";
+    flat.client_id = 3;
+    scene_->comments = std::make_shared<const std::vector<PinnedComment>>(std::vector{flat});
+  }
+};
+
+TEST_F(PanelsOfATeam, KeepRestoreBranchAndDeleteVersions_U6) {
+  begin();
+  click("version-name");
+  EXPECT_TRUE(asked<KeepVersion>().empty()) << "a version needs a name";
+  click("version-name-text");
+  type("For the client");
+  click("version-name");
+  ASSERT_EQ(asked<KeepVersion>().size(), 1U);
+  EXPECT_EQ(asked<KeepVersion>()[0].name, "For the client");
+  EXPECT_FALSE(panels_->place_of("restore:first").has_value());
+  click("version:first");
+  click("restore:first");
+  click("branch:first");
+  click("delete-version:first");
+  ASSERT_EQ(asked<RestoreNamed>().size(), 1U);
+  EXPECT_EQ(asked<RestoreNamed>()[0].version, "first");
+  ASSERT_EQ(asked<BranchFrom>().size(), 1U);
+  EXPECT_EQ(asked<BranchFrom>()[0].version, "first");
+  ASSERT_EQ(asked<DeleteNamed>().size(), 1U);
+  EXPECT_EQ(asked<DeleteNamed>()[0].version, "first");
+  click("version:first");
+  EXPECT_FALSE(panels_->place_of("restore:first").has_value()) << "folded again";
+}
+
+TEST_F(PanelsOfATeam, LetOnlyOwnersDeleteVersionsAndSaySo_U2) {
+  model_.role = v1::ROLE_EDITOR;
+  begin();
+  click("version:first");
+  click("delete-version:first");
+  EXPECT_TRUE(asked<DeleteNamed>().empty());
+  EXPECT_TRUE(panels_->place_of("notice:0").has_value()) << "it says why";
+}
+
+TEST_F(PanelsOfATeam, CompareVersionsInWords_U6) {
+  begin();
+  click("version:first");
+  click("compare:first");
+  ASSERT_EQ(asked<CompareVersions>().size(), 1U);
+  EXPECT_EQ(asked<CompareVersions>()[0].from, "first");
+  EXPECT_EQ(asked<CompareVersions>()[0].to, "");
+  EXPECT_FALSE(panels_->place_of("difference:first").has_value()) << "not answered yet";
+  model_.difference = VersionDifference{"first", "", false, {"Mira moved Grip by 12 mm."}, ""};
+  frame();
+  frame();
+  ASSERT_TRUE(panels_->place_of("difference:first").has_value());
+  EXPECT_FALSE(panels_->place_of("compare-with:first").has_value()) << "with what came before";
+  click("compare-with:second");
+  ASSERT_EQ(asked<CompareVersions>().size(), 2U);
+  EXPECT_EQ(asked<CompareVersions>()[1].from, "first");
+  EXPECT_EQ(asked<CompareVersions>()[1].to, "second");
+}
+
+TEST_F(PanelsOfATeam, CommentAnswerResolveAndDelete_U6) {
+  begin();
+  click("comment-text");
+  type("Round it");
+  click("comment");
+  ASSERT_EQ(asked<CommentOn>().size(), 1U);
+  EXPECT_EQ(asked<CommentOn>()[0].entity, "top") << "the selected shape";
+  EXPECT_EQ(asked<CommentOn>()[0].text, "Round it");
+  click("reply:c-1");
+  click("reply-send:c-1-text");
+  type("Yes");
+  click("reply-send:c-1");
+  ASSERT_EQ(asked<ReplyTo>().size(), 1U);
+  EXPECT_EQ(asked<ReplyTo>()[0].comment, "c-1");
+  EXPECT_EQ(asked<ReplyTo>()[0].text, "Yes");
+  click("resolve:c-1");
+  ASSERT_EQ(asked<ResolveComment>().size(), 1U);
+  EXPECT_TRUE(asked<ResolveComment>()[0].resolved);
+  click("delete-comment:c-1");
+  ASSERT_EQ(asked<DeleteRemark>().size(), 1U);
+  EXPECT_EQ(asked<DeleteRemark>()[0].comment, "c-1");
+}
+
+TEST_F(PanelsOfATeam, AskNothingForWhoeverMayNotAndSayWhy_U2) {
+  desktop_.available = false;
+  model_.role = v1::ROLE_COMMENTER;
+  begin();
+  click("version:first");
+  click("restore:first");
+  EXPECT_TRUE(asked<RestoreNamed>().empty());
+  EXPECT_TRUE(panels_->place_of("notice:0").has_value());
+  click("resolve:c-1");
+  EXPECT_EQ(asked<ResolveComment>().size(), 1U) << "a commenter comments";
+  model_.role = v1::ROLE_VIEWER;
+  frame();
+  click("resolve:c-1");
+  EXPECT_EQ(asked<ResolveComment>().size(), 1U) << "a viewer does not";
+}
+
 TEST_F(PanelsAtWork, SurviveWhatPeopleAndServersCallThings) {
   scene_->alternatives = {"", {"", "##", "%s%n", std::string(5000, 'x')}};
   for (auto& [id, entity] : scene_->entities) {

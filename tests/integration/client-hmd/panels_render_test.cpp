@@ -76,6 +76,19 @@ TEST_F(PanelsOverPicture, LookAsTheyShallWhileSeveralWork_U1_U5_U6) {
   expect_golden(picture(1280, 1200), "client_panels_together");
 }
 
+TEST_F(PanelsOverPicture, LookAsTheyShallWithVersionsCompared_U6) {
+  model_.own_client_id = 2;
+  model_.role = v1::ROLE_EDITOR;
+  scene_->versions = std::make_shared<const std::vector<NamedVersion>>(std::vector<NamedVersion>{
+      {"For the client", "before the meeting", "Mira", 0, "round"}, {"Second try", "", "Jonas", 0, "edgy"}});
+  model_.difference = VersionDifference{
+      "For the client", "", false, {"Mira moved Grip by 12 mm.", "40 points were added to Shell."}, ""};
+  (void)picture(1280, 1200);
+  click("version:For the client");
+  click("compare:For the client");
+  expect_golden(picture(1280, 1200), "client_panels_compared");
+}
+
 TEST_F(PanelsOverPicture, LookAsTheyShallWithTheSmallestText_V7) {
   settings_.text_percent = 80;
   person(3, "Mira", "laying points");

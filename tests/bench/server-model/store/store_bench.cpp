@@ -18,6 +18,7 @@
 #include "server-model/store/operation_log.h"
 #include "server-model/store/recovery.h"
 #include "server-model/store/snapshot.h"
+#include "server-model/store/summary.h"
 
 namespace {
 
@@ -131,6 +132,35 @@ void check(benchmark::State& state) {
 }
 BENCHMARK(check)->Unit(benchmark::kMillisecond)->UseRealTime();
 
+/// What a list of models asks of each file (summary.h), with a snapshot 1,000 operations behind the end, and
+/// without one.
+void list(benchmark::State& state) {
+  const Folder folder;
+  fill(folder.file(), 100'000, state.range(0) != 0 ? 1000 : 200'000);
+  for (auto _ : state) {
+    auto log = OperationLog::open(folder.file(), Access::read);
+    const auto summary = summarize(*log);
+    if (!summary || summary->operations != 100'000 || summary->restored) state.SkipWithError("another list");
+  }
+}
+BENCHMARK(list)->ArgName("snapshot")->Arg(1)->Arg(0)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// The baseline: the model restored for it.
+void list_by_restoring(benchmark::State& state) {
+  const Folder folder;
+  fill(folder.file(), 100'000, state.range(0) != 0 ? 1000 : 200'000);
+  for (auto _ : state) {
+    auto log = OperationLog::open(folder.file(), Access::read);
+    if (!recover(*log)) state.SkipWithError("another model");
+  }
+}
+BENCHMARK(list_by_restoring)
+    ->ArgName("snapshot")
+    ->Arg(1)
+    ->Arg(0)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
 /// A snapshot of 100,000 operations' model: made beside the model's thread.
 void prepare(benchmark::State& state) {
   model::Model model;
@@ -147,15 +177,15 @@ void prepare(benchmark::State& state) {
 BENCHMARK(prepare)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// What the model's thread pays for it.
-void copy_history(benchmark::State& state) {
+void keep_history(benchmark::State& state) {
   model::Model model;
   for (std::uint64_t i = 0; model.sequence() < 20'000; ++i) (void)model.submit(operation_at(i));
   for (auto _ : state) {
-    model::StoredState now{model.history(), model.sequence()};
+    model::KeptState now{model.history().kept(model::EncodeOptions{}.max_steps), model.sequence()};
     benchmark::DoNotOptimize(now);
   }
 }
-BENCHMARK(copy_history)->Unit(benchmark::kMicrosecond);
+BENCHMARK(keep_history)->Unit(benchmark::kMicrosecond);
 
 /// One durable answer for so many operations: the transaction with its flush.
 void append(benchmark::State& state) {

@@ -8,16 +8,17 @@ import subprocess
 import sys
 import threading
 import unittest
+from unittest import mock
 
 import handloft
-from handloft import script
+from handloft import connection, mesh_codec, script
 from support import MODELD, PATIENCE, SOURCES, FakeServer, Peer, ServerTest
 from handloft import messages
 
 BOWL = [(0.01 * i, 0.01 * j, 0.4 * (0.01 * i) ** 2 + 0.3 * (0.01 * j) ** 2) for i in range(-4, 5) for j in range(-4, 5)]
 
 
-class OnAServer(ServerTest):
+class ConnectedTest(ServerTest):
     def setUp(self):
         super().setUp()
         self.serve()
@@ -27,6 +28,8 @@ class OnAServer(ServerTest):
         self.addCleanup(model.close)
         return model
 
+
+class OnAServer(ConnectedTest):
     def test_a_shape_is_fitted_looked_at_and_exported(self):
         model = self.connect()
         bowl = model.dual_shape("bowl", name="Bowl", degree=2)
@@ -41,6 +44,41 @@ class OnAServer(ServerTest):
         model.export("bowl.step")
         with open(os.path.join(self.folder, "bowl.step"), encoding="ascii") as file:
             self.assertTrue(file.readline().startswith("ISO-10303-21"))
+
+    def test_who_asks_is_among_the_people(self):
+        model = self.connect(name="Ann")
+        self.assertEqual([one["name"] for one in model.people()], ["Ann"])
+        other = self.connect(name="Bob", role="viewer")
+        self.assertEqual([(one["name"], one["role"]) for one in other.people()], [("Ann", "editor"), ("Bob", "viewer")])
+
+    def test_a_user_without_a_name_is_called_by_number(self):
+        with mock.patch("getpass.getuser", side_effect=KeyError("getpwuid(): uid not found: 4711")):
+            model = self.connect()
+        self.assertEqual([one["name"] for one in model.people()], ["uid-%d" % os.getuid()])
+
+    def test_a_program_with_a_key_runs_again_and_all_of_it_is_done(self):
+        # A number of an operation is applied once for each key: another start must not begin where the last one did.
+        key = handloft.new_client_key()
+        program = (
+            "import sys, handloft\n"
+            "with handloft.connect(sys.argv[1], client_key=bytes.fromhex(sys.argv[2])) as model:\n"
+            "    done = [model.do('create_dual_shape').sequence for _ in range(3)]\n"
+            "    print(model.client_id, *done)\n"
+        )
+        told = [
+            subprocess.run([sys.executable, "-c", program, self.endpoint, key.hex()], stdout=subprocess.PIPE, check=True,
+                           text=True, timeout=PATIENCE).stdout.split()
+            for _ in range(2)
+        ]
+        self.assertEqual(told[0][0], told[1][0], "the same client")
+        self.assertEqual(told[0][1:] + told[1][1:], ["1", "2", "3", "4", "5", "6"])
+        self.assertEqual(len(self.connect().entities()), 6)
+        # The control: the same number again is the same operation.
+        model = self.connect(client_key=key)
+        operation = messages.operation_of({"createDualShape": {}})
+        operation.client_op_id = 7
+        self.assertEqual(model.submit(operation).sequence, 7)
+        self.assertEqual(model.submit(operation).sequence, 7)
 
     def test_numbers_may_be_arrays(self):
         try:
@@ -87,6 +125,17 @@ class OnAServer(ServerTest):
             viewer.dual_shape("x")
         self.assertEqual(caught.exception.code, "permission_denied")
 
+    def compare_with_older_viewer(self, surface):
+        """One that knows no residuals (or has no zstandard) is sent the same numbers otherwise."""
+        with mock.patch.object(connection, "PROTOCOL_MINOR", 2):
+            older = self.connect(role="viewer")
+        theirs = next(older.watch(timeout=PATIENCE)).scene.entity("bowl").surface
+        self.assertFalse(theirs._message.residuals)
+        self.assertEqual(bool(surface._message.residuals), mesh_codec.zstandard is not None)
+        for ours, other in ((surface.vertices, theirs.vertices), (surface.normals, theirs.normals)):
+            self.assertEqual([tuple(one) for one in ours], [tuple(one) for one in other])
+        self.assertEqual(surface.opacity, theirs.opacity)
+
     def test_watching_gives_the_whole_scene_and_then_what_changes(self):
         model, viewer = self.connect(), self.connect(role="viewer")
         bowl = model.dual_shape("bowl", degree=2)
@@ -115,6 +164,7 @@ class OnAServer(ServerTest):
             v = [vertices[c][i] - vertices[a][i] for i in range(3)]
             cross = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
             self.assertGreater(sum(cross[i] * normals[a][i] for i in range(3)), -1e-12)
+        self.compare_with_older_viewer(entity.surface)
         bowl.delete()
         for change in changes:
             if "bowl" in change.removed:
@@ -222,17 +272,8 @@ class SameOperations(ServerTest):
         self.assertEqual(nobody.returncode, 2)
 
 
-class Together(ServerTest):
+class Together(ConnectedTest):
     """What people do with each other's work (U1, U6)."""
-
-    def setUp(self):
-        super().setUp()
-        self.serve()
-
-    def connect(self, **options):
-        model = handloft.connect(self.endpoint, timeout=PATIENCE, **options)
-        self.addCleanup(model.close)
-        return model
 
     def test_the_same_key_is_the_same_client_and_undoes_only_its_own(self):
         key = handloft.new_client_key()
@@ -411,6 +452,39 @@ class Lost(ServerTest):
             next(model.watch(timeout=PATIENCE))
             self.assertEqual(model.do("rename", entity="a", name="b").sequence, 9)
         self.assertEqual(server.problems, [])
+
+    def test_what_comes_of_others_before_the_scene_is_told_with_it(self):
+        def behave(peer, _):
+            peer.welcome()
+            self.assertEqual(peer.receive().WhichOneof("body"), "join")
+            first = messages.Envelope()
+            first.people.people.add(client_id=8, name="Ann")
+            peer.send(first)
+            early = messages.Envelope()
+            early.presence.client_id, early.presence.name = 8, "Ann"
+            peer.send(early)
+            submit = peer.receive().submit  # Until then nothing else: the watch has had time to be wrong.
+            scene = messages.Envelope()
+            scene.snapshot.epoch = 1
+            peer.send(scene)
+            answer = messages.Envelope()
+            answer.ack.request, answer.ack.sequence = submit.request, 1
+            peer.send(answer)
+            peer.until_end()
+
+        server = FakeServer(self.folder, behave)
+        self.addCleanup(server.close)
+        seen = []
+        with handloft.connect(server.endpoint, timeout=PATIENCE) as model:
+            watching = threading.Thread(target=lambda: seen.append(next(model.watch(timeout=PATIENCE))))
+            model.join()
+            watching.start()
+            model.do("rename", entity="a", name="b")
+            watching.join(PATIENCE)
+        self.assertEqual(server.problems, [])
+        self.assertEqual([change.whole for change in seen], [True])
+        self.assertEqual([one["name"] for one in seen[0].presences], ["Ann"])
+        self.assertEqual([one["name"] for one in seen[0].scene.people], ["Ann"])
 
     def test_a_watch_goes_on_with_a_server_that_has_come_again(self):
         store = os.path.join(self.folder, "seat.handloft")

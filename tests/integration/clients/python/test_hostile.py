@@ -177,6 +177,27 @@ class MeshCodec(unittest.TestCase):
         with self.assertRaises(ValueError):
             mesh_codec.decode_indices(b"\xe1" + bytes(40), 3 << 30, 8)
 
+    @unittest.skipUnless(mesh_codec.zstandard, "SKIPPED: Python's zstandard is not installed")
+    def test_any_residuals_are_vertices_or_a_value_error(self):
+        noise = random.Random(4)
+        planes = bytes(noise.randrange(0, 3) for _ in range(10 * 12))
+        good = mesh_codec.zstandard.ZstdCompressor().compress(planes)
+        self.assertEqual([len(one) for one in mesh_codec.decode_residuals(good, 12, 4)], [12] * 5)
+        decoded = 0
+        for _ in range(2000):
+            data = bytearray(good)
+            for _ in range(noise.randrange(1, 4)):
+                data[noise.randrange(0, len(data))] = noise.randrange(0, 256)
+            try:
+                mesh_codec.decode_residuals(bytes(data[: noise.randrange(1, len(data) + 9)]), 12, noise.randrange(0, 13))
+                decoded += 1
+            except ValueError:
+                pass
+        self.assertGreater(decoded, 0)
+        for count, row in ((13, 4), (12, 13), (1 << 30, 0)):
+            with self.assertRaises(ValueError):
+                mesh_codec.decode_residuals(good, count, row)
+
     def test_octahedral_normals_by_hand(self):
         for coded, normal in (((0, 0), (0, 0, 1)), ((2047, 0), (1, 0, 0)), ((0, -2047), (0, -1, 0)), ((2047, 2047), (0, 0, -1))):
             for found, expected in zip(mesh_codec.octahedral(*coded), normal):

@@ -71,6 +71,69 @@ TEST(Delivery, ASlowSubscriberGetsTheNewestAndTheOthersGetAll) {
   EXPECT_LT(received, count / 2);
 }
 
+std::string next_name(SyncClient& client) {
+  const auto message = client.receive(patience);
+  return message ? message->presence().name() : message.error().describe();
+}
+
+TEST(Delivery, StatesThatComeCloseTogetherGoTogether_L1) {
+  using namespace std::chrono_literals;
+  Server server({.options = {.states_apart = 1h}});
+  SyncClient client = server.connect();
+  const ConnectionPtr connection = server.connection(client.welcome().client_id());
+  const std::uint64_t writes = connection->statistics().writes, frames = connection->statistics().frames_sent;
+  ASSERT_TRUE(connection->send_latest({1, "a"}, frame_of(presence("a"))));
+  EXPECT_EQ(next_name(client), "a") << "the first goes at once";
+  for (const char* name : {"a", "b", "c"}) {
+    ASSERT_TRUE(connection->send_latest({1, name}, frame_of(presence(name))));
+    ASSERT_TRUE(connection->send_latest({1, name}, frame_of(presence(std::string(name) + " again"))));
+  }
+  EXPECT_EQ(connection->statistics().queued_frames, 3u);
+  EXPECT_EQ(connection->statistics().replaced, 3u);
+  EXPECT_EQ(connection->statistics().writes, writes + 1);
+  // What is no state does not wait for them, and takes them along.
+  ASSERT_TRUE(connection->send(presence("an answer")));
+  for (const char* name : {"an answer", "a again", "b again", "c again"}) EXPECT_EQ(next_name(client), name);
+  EXPECT_EQ(connection->statistics().writes, writes + 3);
+  EXPECT_EQ(connection->statistics().frames_sent, frames + 5);
+  // So does a notice, and what is pulled.
+  ASSERT_TRUE(connection->send_latest({1, "a"}, frame_of(presence("a once more"))));
+  ASSERT_TRUE(connection->send_latest({2, "", Lane::notices}, frame_of(presence("a notice"))));
+  EXPECT_EQ(next_name(client), "a once more");
+  EXPECT_EQ(next_name(client), "a notice");
+  ASSERT_TRUE(connection->send_latest({1, "a"}, frame_of(presence("a at last"))));
+  connection->notify_pull();
+  EXPECT_EQ(next_name(client), "a at last");
+}
+
+TEST(Delivery, StatesThatWaitGoWhenTheirTimeHasCome_L1) {
+  using namespace std::chrono_literals;
+  Server server({.options = {.states_apart = 20ms}});
+  SyncClient client = server.connect();
+  const ConnectionPtr connection = server.connection(client.welcome().client_id());
+  for (int round = 0; round < 3; ++round) {
+    const std::string now = std::to_string(round);
+    ASSERT_TRUE(connection->send_latest({1, "first"}, frame_of(presence("first " + now))));
+    ASSERT_TRUE(connection->send_latest({1, "then"}, frame_of(presence("then " + now))));
+    EXPECT_EQ(next_name(client), "first " + now);
+    EXPECT_EQ(next_name(client), "then " + now);
+  }
+}
+
+TEST(Delivery, AnEndDoesNotWaitForStates) {
+  using namespace std::chrono_literals;
+  Server server({.options = {.states_apart = 1h}});
+  SyncClient client = server.connect();
+  const ConnectionPtr connection = server.connection(client.welcome().client_id());
+  for (const char* name : {"a", "b"})
+    ASSERT_TRUE(connection->send_latest({1, name}, frame_of(presence(name))));
+  connection->close();
+  EXPECT_EQ(next_name(client), "a");
+  EXPECT_EQ(next_name(client), "b") << "what waits is still sent";
+  EXPECT_FALSE(client.receive(patience).ok());
+  server.close_reason(connection->id());
+}
+
 TEST(Delivery, APulledMessageIsComposedWhenThereIsRoomForIt) {
   // Before the server, whose thread may still be composing when the test is over.
   std::atomic<std::int64_t> state{0}, told{0}, asked{0};

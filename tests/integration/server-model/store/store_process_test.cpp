@@ -141,6 +141,8 @@ TEST_F(StoreProcess, TheCommandsSayCheckRepairAndExport) {
   EXPECT_EQ(listed, 0);
   EXPECT_EQ(models["models"][0]["file"], "seat.handloft");
   EXPECT_EQ(models["models"][0]["operations"], 7);
+  EXPECT_EQ(models["models"][0]["alternatives"].size(), 1U);
+  EXPECT_EQ(command({"models", folder.string(), "--verify"}).first, 0);
   const auto [told, history] = command({"history", model, "--from", "6"});
   EXPECT_EQ(told, 0);
   ASSERT_EQ(history["operations"].size(), 2U);
@@ -176,12 +178,17 @@ TEST_F(StoreProcess, TheCommandsSayCheckRepairAndExport) {
   ASSERT_NE(at, std::string::npos);
   bytes[at] = static_cast<char>(bytes[at] ^ 1);
   std::ofstream(model, std::ios::binary) << bytes;
+  // A list tells what the files say; whether they are good is asked for.
+  EXPECT_EQ(command({"models", folder.string()}).first, 0);
+  const auto [found, checked_list] = command({"models", folder.string(), "--verify"});
+  EXPECT_EQ(found, 1);
+  EXPECT_THAT(checked_list["models"][0]["problem"].get<std::string>(), testing::HasSubstr("operation "));
   const auto [bad, damage] = command({"verify", model});
   EXPECT_EQ(bad, 1);
-  EXPECT_EQ(damage["damages"][0]["where"], "operation 5 of main");
+  EXPECT_EQ(damage["damages"][0]["where"], "operation 5");
   test::Process refused(serve(), folder / "log");
   EXPECT_EQ(refused.wait(patience), 1);
-  EXPECT_THAT(refused.error_output(), testing::HasSubstr("operation 5 of main"));
+  EXPECT_THAT(refused.error_output(), testing::HasSubstr("operation 5"));
   const auto [mended, repaired] = command({"repair", model});
   EXPECT_EQ(mended, 0);
   EXPECT_EQ(repaired["operations"], 4);
@@ -192,6 +199,64 @@ TEST_F(StoreProcess, TheCommandsSayCheckRepairAndExport) {
     after.assign(std::istreambuf_iterator<char>(in), {});
   }
   EXPECT_EQ(after, bytes) << "the damaged file is never written";
+}
+
+TEST_F(StoreProcess, U6TheCommandsKnowTheVersionsThatTheModelHas) {
+  const auto named = [](const std::string& name) {
+    v1::Operation operation;
+    operation.mutable_name_version()->set_name(name);
+    return operation;
+  };
+  v1::Operation fit, undo, redo;
+  fit.mutable_fit()->set_entity("seat");
+  undo.mutable_undo();
+  redo.mutable_redo();
+  std::string hash;
+  std::uint64_t sequence = 0;
+  {
+    test::Process server(serve(), folder / "log");
+    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+    auto editor = connect();
+    ASSERT_TRUE(editor.submit(stroke(0)).ok());
+    ASSERT_TRUE(editor.submit(fit).ok());
+    const auto done = editor.submit(named("first"));
+    ASSERT_TRUE(done.ok()) << done.error().describe();
+    sequence = done->sequence;
+    hash = hash_of(editor);
+    // Taken back and named again; and one that stays taken back.
+    ASSERT_TRUE(editor.submit(undo).ok());
+    ASSERT_TRUE(editor.submit(redo).ok());
+    ASSERT_TRUE(editor.submit(stroke(1)).ok());
+    ASSERT_TRUE(editor.submit(named("second")).ok());
+    ASSERT_TRUE(editor.submit(undo).ok());
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+  }
+  const Json versions = command({"models", folder.string()}).second["models"][0]["versions"];
+  ASSERT_EQ(versions.size(), 1U) << versions;
+  EXPECT_EQ(versions[0]["name"], "first");
+  EXPECT_EQ(versions[0]["sequence"], sequence);
+  EXPECT_EQ(versions[0]["alternative"], "main");
+  const Json history = command({"history", model}).second;
+  EXPECT_EQ(history["versions"], versions);
+  ASSERT_EQ(history["alternatives"].size(), 1U);
+  EXPECT_EQ(history["alternatives"][0]["version"], "first");
+
+  const auto [exported, step] =
+      command({"export", model, (folder / "first.step").string(), "--named", "first"});
+  EXPECT_EQ(exported, 0) << step;
+  EXPECT_EQ(step["sequence"], sequence);
+  EXPECT_EQ(step["hash"], hash);
+  EXPECT_EQ(
+      command({"export", model, (folder / "first.jsonl").string(), "--named", "first"}).second["operations"],
+      sequence);
+  EXPECT_EQ(command({"export", model, (folder / "second.step").string(), "--named", "second"}).first, 1);
+
+  // What is repaired has them, too.
+  EXPECT_EQ(command({"repair", model}).first, 0);
+  const Json all = command({"models", folder.string()}).second["models"];
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0]["versions"], all[1]["versions"]);
 }
 
 TEST_F(StoreProcess, WhatIsNoModelIsSaidSo) {

@@ -33,6 +33,7 @@ RC_GTEST_PROP(CodecProperty, a_mesh_comes_back_within_half_a_step, ()) {
   for (int i = 0; i < 3 * triangles; ++i) {
     mesh.indices.push_back(static_cast<std::uint32_t>(*rc::gen::inRange(0, vertices)));
   }
+  mesh.row = static_cast<std::uint32_t>(*rc::gen::inRange(0, vertices + 1));
   const auto message = encode_mesh(mesh);
   RC_ASSERT(message.ok());
   const auto back = decode_mesh(*message);
@@ -49,6 +50,13 @@ RC_GTEST_PROP(CodecProperty, a_mesh_comes_back_within_half_a_step, ()) {
     }
     RC_ASSERT(cosine > std::cos(1.0 * M_PI / 180.0));
   }
+  const auto plain = as_vertex_streams(*message);
+  RC_ASSERT(plain.ok());
+  const auto same = decode_mesh(*plain);
+  RC_ASSERT(same.ok());
+  RC_ASSERT(same->positions == back->positions);
+  RC_ASSERT(same->normals == back->normals);
+  RC_ASSERT(same->opacity == back->opacity);
 }
 
 RC_GTEST_PROP(CodecProperty, a_cloud_comes_back_within_half_a_step_in_whatever_pieces, ()) {

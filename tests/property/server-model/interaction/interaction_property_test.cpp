@@ -14,11 +14,15 @@
 #include "server-model/model/canonical.h"
 #include "server-model/model/sculpt_shape.h"
 #include "tests/support/hand_script.h"
+#include "tests/support/property_cases.h"
 
 namespace handloft::interaction {
 namespace {
 
 using Eigen::Vector3d;
+
+/// A sanitized build takes a quarter of the cases.
+[[maybe_unused]] const bool fewer = test::take_cases_if_sanitized(25);
 
 /// A hand's frame as numbers that shrink well.
 struct Move {

@@ -20,6 +20,7 @@
 #include "server-model/model/model.h"
 #include "state_round_trip.h"
 #include "tests/support/build_kind.h"
+#include "tests/support/property_cases.h"
 
 namespace handloft::model {
 namespace {
@@ -28,6 +29,10 @@ namespace v1 = handloft::v1;
 using test::in_range;
 
 const int cases = std::getenv("HANDLOFT_LONG") != nullptr ? 100'000 : handloft::test::sanitized ? 50 : 1'000;
+
+/// One case a check: of a failing one RapidCheck then shrinks that case alone, in seconds. Several in one
+/// check would be shrunk together, for hours. Before main(), as `seeded`.
+const bool counted = handloft::test::take_cases(cases);
 
 /// Everything that a step may change, one key each, with the identity of its value.
 using Key = std::pair<std::string, std::string>;
@@ -235,10 +240,11 @@ void one_case(Counts& counts) {
 
 TEST(UndoOfUsers, C2U1_TouchesOnlyOnesOwnWork) {
   Counts counts;
-  constexpr int checks = 100;  // Of RapidCheck.
   int rounds = 0;
-  EXPECT_TRUE(rc::check([&] {
-    for (int i = 0; i < std::max(1, cases / checks); ++i, ++rounds) one_case(counts);
+  ASSERT_TRUE(counted);
+  ASSERT_TRUE(rc::check([&] {
+    ++rounds;
+    one_case(counts);
   }));
   EXPECT_GE(rounds, cases);
   // All of it must have happened.

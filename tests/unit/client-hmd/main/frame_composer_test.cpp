@@ -55,6 +55,25 @@ class ComposerTest : public ::testing::Test {
   Scene scene_;
 };
 
+TEST_F(ComposerTest, TellsWhoHoldsAShapeInThatUsersColour_U1_V7) {
+  model_.own_client_id = 2;
+  add("ours").leased_by = 2;
+  add("nobodys");
+  Entity& held = add("theirs");
+  held.leased_by = 3;
+  held.leased_by_name = "Mira";
+  for (const ColourScheme scheme : colour_schemes) {
+    request_.colours = scheme;
+    const Frame frame = compose();
+    ASSERT_EQ(frame.holders.size(), 1U);
+    EXPECT_EQ(frame.holders[0].entity, "theirs");
+    EXPECT_EQ(frame.holders[0].name, "Mira");
+    EXPECT_EQ(frame.holders[0].colour, linear_rgb(user_colour(3, scheme)));
+  }
+  model_.connected = false;
+  EXPECT_TRUE(compose().holders.empty()) << "what is no longer known is not told";
+}
+
 TEST_F(ComposerTest, LooksThroughTheOrbitCameraWhenThereIsNoHead) {
   request_.orbit.orbit(0.3, 0.1);
   for (const CameraMode mode : {CameraMode::orbit, CameraMode::head}) {

@@ -289,7 +289,7 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiler{"BrokenMesh",
                 [](v1::EntityState& s) {
                   *s.mutable_surface() = test::triangle();
-                  s.mutable_surface()->set_positions("nonsense");
+                  s.mutable_surface()->set_residuals("nonsense");
                 }},
         Spoiler{"HugeMesh",
                 [](v1::EntityState& s) {

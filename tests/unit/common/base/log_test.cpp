@@ -55,6 +55,20 @@ TEST(Log, JsonLinesAreOneObjectEachWhateverTheTexts) {
   EXPECT_FALSE(parse_log_format("xml").ok());
 }
 
+// SIGHUP changes the level of a running program, all of whose components were made before.
+TEST(Log, AnotherLevelHoldsForAllComponentsThatThereAre) {
+  std::ostringstream out;
+  Logger log("modeld", LogLevel::warning, std::make_shared<spdlog::sinks::ostream_sink_mt>(out));
+  const Logger client = log.component("net").with("client", "7");
+  client.info("unheard");
+  log.set_level(LogLevel::debug);
+  client.debug("heard");
+  log.set_level(LogLevel::off);
+  client.error("unheard");
+  EXPECT_THAT(out.str(), HasSubstr("debug   [net client=7] heard"));
+  EXPECT_THAT(out.str(), Not(HasSubstr("unheard")));
+}
+
 TEST(Log, LevelsHaveNamesAndOthersAreRefused) {
   for (const LogLevel level : {LogLevel::trace, LogLevel::debug, LogLevel::info, LogLevel::warning,
                                LogLevel::error, LogLevel::off}) {

@@ -95,6 +95,53 @@ TEST(MeshCodecTest, D21_triangles_can_be_those_of_an_earlier_message) {
   EXPECT_EQ(encode_mesh(mesh, first).error().field, "positions") << "fewer than the triangles ask for";
 }
 
+TEST(MeshCodecTest, U4_rows_of_a_grid_pack_better_and_unpack_to_the_same) {
+  MeshData mesh = saddle();
+  mesh.row = 8;
+  const v1::Mesh in_rows = *encode_mesh(mesh), in_none = packed();
+  EXPECT_LT(in_rows.residuals().size(), in_none.residuals().size());
+  const auto a = decode_mesh(in_rows), b = decode_mesh(in_none);
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(a->positions, b->positions);
+  EXPECT_EQ(a->normals, b->normals);
+  EXPECT_EQ(a->row, 8U) << "packed again, it packs as well";
+  for (const std::uint32_t row : {1U, 5U, 63U, 64U}) {  // No grid, and rows that are not full.
+    mesh.row = row;
+    const auto back = decode_mesh(*encode_mesh(mesh));
+    ASSERT_TRUE(back.ok()) << row;
+    EXPECT_EQ(back->positions, b->positions) << row;
+    EXPECT_EQ(back->normals, b->normals) << row;
+  }
+  mesh.row = 65;
+  EXPECT_EQ(encode_mesh(mesh).error().field, "row");
+}
+
+TEST(MeshCodecTest, a_mesh_that_is_opaque_throughout_says_nothing_of_it) {
+  MeshData mesh = saddle();
+  mesh.opacity.assign(mesh.positions.size(), 255);
+  const v1::Mesh message = *encode_mesh(mesh);
+  EXPECT_TRUE(message.opacity().empty());
+  EXPECT_EQ(decode_mesh(message)->opacity, mesh.opacity);
+}
+
+TEST(MeshCodecTest, older_viewers_are_given_the_same_numbers) {
+  for (const bool opaque : {false, true}) {
+    MeshData mesh = saddle();
+    if (opaque) mesh.opacity.assign(mesh.positions.size(), 255);
+    const v1::Mesh message = *encode_mesh(mesh);
+    const auto plain = as_vertex_streams(message);
+    ASSERT_TRUE(plain.ok()) << plain.error().describe();
+    EXPECT_TRUE(plain->residuals().empty());
+    EXPECT_EQ(plain->opacity().size(), mesh.positions.size());
+    const auto a = decode_mesh(message), b = decode_mesh(*plain);
+    ASSERT_TRUE(a.ok() && b.ok()) << b.error().describe();
+    EXPECT_EQ(a->positions, b->positions);
+    EXPECT_EQ(a->normals, b->normals);
+    EXPECT_EQ(a->opacity, b->opacity);
+    EXPECT_EQ(a->indices, b->indices);
+  }
+}
+
 TEST(MeshCodecTest, is_smaller_than_the_numbers) {
   const MeshData mesh = saddle();
   EXPECT_LT(packed().ByteSizeLong(), (mesh.positions.size() * 25 + mesh.indices.size() * 4) / 3);
@@ -153,12 +200,33 @@ TEST(MeshCodecTest, the_decoder_names_what_is_wrong) {
   message = packed();
   message.set_index_count(7);
   EXPECT_EQ(field(message), "index_count");
+  for (const std::string& residuals :
+       {packed().residuals().substr(0, 40), packed().residuals() + "x",
+        packed().residuals() + packed().residuals(), std::string("not packed by anything"),
+        encode_mesh({{{1, 2, 3}}, {{0, 0, 1}}, {200}, {}})->residuals()}) {
+    message = packed();
+    message.set_residuals(residuals);
+    EXPECT_EQ(field(message), "residuals") << residuals.size();
+  }
   message = packed();
+  message.mutable_residuals()->back() ^= 0x55;
+  EXPECT_NE(field(message), "indices") << "other vertices, or none";
+  message = packed();
+  message.set_row(65);
+  EXPECT_EQ(field(message), "row");
+  message = packed();
+  message.clear_residuals();
+  EXPECT_EQ(field(message), "positions");
+  const v1::Mesh plain = *as_vertex_streams(packed());
+  message = plain;
   message.mutable_positions()->resize(10);
   EXPECT_EQ(field(message), "positions");
-  message = packed();
+  message = plain;
   message.set_normals("\xa0");
   EXPECT_EQ(field(message), "normals");
+  message = plain;
+  message.clear_opacity();
+  EXPECT_EQ(field(message), "opacity");
   message = packed();
   message.set_step_m(-1.0);
   EXPECT_EQ(field(message), "step_m");

@@ -41,6 +41,28 @@ TEST(Outbox, ANewerStateReplacesAnUnsentOneAndKeepsItsTurn) {
   EXPECT_EQ(outbox.queued_bytes(), 0u);
 }
 
+std::string taken_together(Outbox& outbox, std::size_t most_bytes) {
+  const auto next = outbox.take_together(most_bytes);
+  return next ? std::to_string(next->frames) + ": " + *next->bytes : "(nothing)";
+}
+
+TEST(Outbox, WhatIsSmallGoesTogetherAndInTurn) {
+  Outbox outbox;
+  outbox.push(frame("1"));
+  outbox.push(frame("2"));
+  for (const char* key : {"a", "b", "c", "d"}) outbox.put_latest({1, key}, frame(std::string(4, *key)));
+  outbox.put_latest({1, "e"}, frame(std::string(20, 'e')));
+  outbox.put_latest({1, "f"}, frame("f"));
+  EXPECT_EQ(taken_together(outbox, 12), "2: 12") << "answers are not states";
+  EXPECT_EQ(taken_together(outbox, 12), "3: aaaabbbbcccc");
+  EXPECT_EQ(taken_together(outbox, 12), "1: dddd");
+  EXPECT_EQ(taken_together(outbox, 12), "1: " + std::string(20, 'e')) << "larger than all may be: alone";
+  EXPECT_EQ(taken_together(outbox, 12), "1: f");
+  EXPECT_EQ(taken_together(outbox, 12), "(nothing)");
+  EXPECT_EQ(outbox.queued_bytes(), 0u);
+  EXPECT_EQ(outbox.queued_frames(), 0u);
+}
+
 TEST(Outbox, EveryLimitHolds) {
   Outbox outbox({.max_queued_bytes = 10, .max_queued_frames = 3, .max_slots = 2, .max_slot_bytes = 10});
   EXPECT_TRUE(outbox.push(frame("12345")));

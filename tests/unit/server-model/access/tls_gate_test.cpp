@@ -3,12 +3,15 @@
 
 #include <gmock/gmock.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cerrno>
 #include <ctime>
 #include <future>
 #include <iostream>
@@ -42,6 +45,11 @@ class TlsGate : public ::testing::Test {
     ASSERT_TRUE(gate.ok()) << gate.error().describe();
     gate_ = *gate;
     io_ = std::make_unique<net::IoThread>();
+    auto server = listen(*io_, options);
+    ASSERT_TRUE(server.ok()) << server.error().describe();
+    server_ = *std::move(server);
+  }
+  Result<std::unique_ptr<net::MessageServer>> listen(net::IoThread& io, net::ServerOptions options) {
     options.tls = *gate_->server_tls();
     net::ServerEvents events;
     events.admit = [gate = gate_](const net::PeerInfo& peer) -> Result<net::Admission> {
@@ -56,11 +64,8 @@ class TlsGate : public ::testing::Test {
       connection->send(envelope);
       return {};
     };
-    auto server =
-        net::MessageServer::listen(io_->context().get_executor(), *net::parse_endpoint("tls:127.0.0.1:0"),
-                                   options, events, clock_, Logger("test", LogLevel::off));
-    ASSERT_TRUE(server.ok()) << server.error().describe();
-    server_ = *std::move(server);
+    return net::MessageServer::listen(io.context().get_executor(), *net::parse_endpoint("tls:127.0.0.1:0"),
+                                      options, events, clock_, Logger("test", LogLevel::off));
   }
   void stop() {
     server_.reset();
@@ -269,16 +274,75 @@ TEST_F(TlsGate, BeforeTheHelloNothingLargeAndNothingElseIsHeard_A1) {
               AnyOf(HasSubstr("a message after a pair"), HasSubstr("invalid_argument")));
 }
 
+// ---- crowds at the door (A1)
+
 double p99_ms(std::vector<double>& times) {
   std::sort(times.begin(), times.end());
   return times.at(times.size() * 99 / 100);
 }
 
+/// So many sockets from one address that say the beginning of a greeting and no more, and come again as often
+/// as they are let go.
+class Crowd {
+ public:
+  Crowd(const Endpoint& endpoint, std::size_t sockets)
+      : thread_([this, port = endpoint.port, sockets] { hold(port, sockets); }) {
+    while (held_ < sockets) std::this_thread::yield();
+  }
+  ~Crowd() {
+    enough_ = true;
+    thread_.join();
+  }
+  Crowd(const Crowd&) = delete;
+  Crowd& operator=(const Crowd&) = delete;
+
+ private:
+  void hold(std::uint16_t port, std::size_t sockets) {
+    std::vector<net::FileDescriptor> all(sockets);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(port);
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    sockaddr_in from{};
+    from.sin_family = AF_INET;
+    from.sin_addr.s_addr = htonl(INADDR_LOOPBACK + 1);  // Not where the others come from.
+    while (!enough_) {
+      std::size_t held = 0;
+      for (net::FileDescriptor& fd : all) {
+        char byte = 0;
+        if (fd.valid() && ::recv(fd.get(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) fd.reset();
+        if (!fd.valid()) {
+          fd.reset(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+          static_cast<void>(::bind(fd.get(), reinterpret_cast<const sockaddr*>(&from), sizeof(from)));
+          static_cast<void>(::connect(fd.get(), reinterpret_cast<const sockaddr*>(&to), sizeof(to)));
+          static_cast<void>(::send(fd.get(), "\x16\x03", 2, MSG_NOSIGNAL | MSG_DONTWAIT));
+        }
+        if (fd.valid()) ++held;
+      }
+      held_ = held;
+      std::this_thread::sleep_for(100ms);  // The pace of the attack, not a synchronisation.
+    }
+  }
+
+  std::atomic<bool> enough_ = false;
+  std::atomic<std::size_t> held_ = 0;
+  std::thread thread_;  // Last: it uses the others.
+};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
 // A1: slow-loris. HANDLOFT_LONG: 1,000 sockets as in the requirement.
+// A crowd takes time of the processor wherever it knocks. What it does to this server's people is what is
+// more than the same crowd does to them at the door of a neighbour: another server of the same kind, on
+// threads of its own.
 TEST_F(TlsGate, HeldSocketsDelayNobody_A1) {
   const bool long_run = std::getenv("HANDLOFT_LONG") != nullptr;
   const std::size_t sockets = long_run ? 1000 : 150;
-  const auto lasting = long_run ? 10s : 1s;
+  const int rounds = long_run ? 9 : 1;
+  const auto lasting = long_run ? 2000ms : 500ms;
   rlimit files{};
   ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &files), 0);
   files.rlim_cur = files.rlim_max;
@@ -289,6 +353,10 @@ TEST_F(TlsGate, HeldSocketsDelayNobody_A1) {
   ASSERT_TRUE(paired.ok());
   auto client = connect(paired->identity, paired->authority_pem);
   ASSERT_TRUE(client.ok());
+  net::IoThread neighbours_thread;
+  auto neighbour = listen(neighbours_thread, {});
+  ASSERT_TRUE(neighbour.ok()) << neighbour.error().describe();
+
   const auto measure = [&] {
     std::vector<double> times;
     v1::Envelope submit;
@@ -304,44 +372,173 @@ TEST_F(TlsGate, HeldSocketsDelayNobody_A1) {
     }
     return p99_ms(times);
   };
-  const double alone = measure();
-  // They come again as often as they are let go.
-  std::atomic<bool> enough = false;
-  std::atomic<std::size_t> held = 0;
-  std::thread hostile([&] {
-    std::vector<net::FileDescriptor> all(sockets);
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(server_->endpoint().port);
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    while (!enough) {
-      std::size_t now_held = 0;
-      for (net::FileDescriptor& fd : all) {
-        char byte = 0;
-        if (fd.valid() && ::recv(fd.get(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) fd.reset();
-        if (!fd.valid()) {
-          fd.reset(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-          static_cast<void>(::connect(fd.get(), reinterpret_cast<const sockaddr*>(&to), sizeof(to)));
-          static_cast<void>(::send(fd.get(), "\x16\x03", 2, MSG_NOSIGNAL | MSG_DONTWAIT));  // And no more.
-        }
-        if (fd.valid()) ++now_held;
-      }
-      held = now_held;
-      std::this_thread::sleep_for(100ms);  // The pace of the attack, not a synchronisation.
+  std::vector<double> alone, elsewhere, here;
+  for (int round = 0; round < rounds; ++round) {
+    alone.push_back(measure());
+    {
+      const Crowd crowd((*neighbour)->endpoint(), sockets);
+      elsewhere.push_back(measure());
     }
-  });
-  while (held < sockets) std::this_thread::yield();
-  const double beside = measure();
-  const std::size_t open = server_->connection_count();
-  enough = true;
-  hostile.join();
-  std::cout << sockets << " held sockets: p99 of an operation " << alone << " ms alone, " << beside
-            << " ms beside them; the server kept " << open << " connections\n";
+    const Crowd crowd(server_->endpoint(), sockets);
+    here.push_back(measure());
+    EXPECT_LE(server_->connection_count(), net::ServerOptions{}.max_half_open * 2 + 2)
+        << "what they cost is bounded";
+  }
+  std::cout << sockets << " held sockets: p99 of an operation, median of " << rounds
+            << " rounds: " << median(alone) << " ms alone, " << median(elsewhere)
+            << " ms with them at a neighbour, " << median(here) << " ms with them here\n";
+  // Wide, for machines that have other things to do; the figure is what is reported.
+  EXPECT_LE(median(here), std::max(5 * median(alone), 20.0));
+}
+
+/// Connected from an address of this host; invalid when it was refused.
+net::FileDescriptor connected_from(std::uint32_t address, std::uint16_t port) {
+  net::FileDescriptor fd(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in from{}, to{};
+  from.sin_family = to.sin_family = AF_INET;
+  from.sin_addr.s_addr = htonl(address);
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  to.sin_port = htons(port);
+  const bool good = ::bind(fd.get(), reinterpret_cast<const sockaddr*>(&from), sizeof(from)) == 0 &&
+                    ::connect(fd.get(), reinterpret_cast<const sockaddr*>(&to), sizeof(to)) == 0;
+  if (!good) fd.reset();
+  return fd;
+}
+
+bool is_over(int fd) {
+  std::array<char, 4096> bytes{};
+  for (;;) {
+    const ssize_t got = ::recv(fd, bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (got == 0) return true;
+    if (got < 0) return errno != EAGAIN && errno != EWOULDBLOCK;
+  }
+}
+
+constexpr std::uint32_t attacker = INADDR_LOOPBACK + 1;
+
+/// Whether it comes true in the time that the slowest machine takes.
+template <typename Condition>
+bool comes_true(const Condition& condition) {
+  for (const auto until = std::chrono::steady_clock::now() + 20s; !condition();) {
+    if (std::chrono::steady_clock::now() >= until) return false;
+    std::this_thread::sleep_for(1ms);
+  }
+  return true;
+}
+
+// A1: whoever holds all places of those who have not said hello yet loses one when somebody else comes.
+TEST_F(TlsGate, ACrowdOfOneAddressMakesRoomForAnother_A1) {
+  net::ServerOptions options;
+  options.max_half_open = 8;
+  options.max_half_open_per_address = 8;
+  options.hello_timeout = 60s;
+  serve(options);
+  const auto paired = pair(invited());
+  ASSERT_TRUE(paired.ok()) << paired.error().describe();
+  // Who has just been paired is over in its own time, and would be taken for one of the crowd.
+  ASSERT_TRUE(comes_true([&] { return server_->connection_count() == 0; }));
+  std::vector<net::FileDescriptor> crowd;
+  while (crowd.size() < options.max_half_open) {
+    crowd.push_back(connected_from(attacker, server_->endpoint().port));
+    ASSERT_TRUE(crowd.back().valid());
+    ASSERT_TRUE(comes_true([&] { return server_->connection_count() == crowd.size(); }));
+  }
+  const auto client = connect(paired->identity, paired->authority_pem);
+  EXPECT_TRUE(client.ok()) << client.error().describe();
+  const auto gone = [&] {
+    return std::count_if(crowd.begin(), crowd.end(), [](const auto& fd) { return is_over(fd.get()); });
+  };
+  // It is let go before the newcomer begins, but told so on its own turn.
+  EXPECT_TRUE(comes_true([&] { return gone() > 0; }));
+  EXPECT_EQ(gone(), 1) << "one place is enough";
+}
+
+/// Begins one handshake after another and breaks each off when the server has signed.
+class Signatures {
+ public:
+  Signatures(std::uint32_t from, std::uint16_t port, std::shared_ptr<const net::TlsContext> tls,
+             int threads) {
+    for (int i = 0; i < threads; ++i) {
+      threads_.emplace_back([this, from, port, tls] {
+        while (!enough_) {
+          net::FileDescriptor fd = connected_from(from, port);
+          if (!fd.valid()) continue;
+          ++tried_;
+          const auto stream = *tls->open(fd.get());
+          std::array<std::uint8_t, 4096> room{};
+          for (const auto until = std::chrono::steady_clock::now() + 2s;
+               !enough_ && std::chrono::steady_clock::now() < until;) {
+            const auto got = stream->read(room);
+            if (got.state == net::StreamOutcome::State::ended ||
+                got.state == net::StreamOutcome::State::failed)
+              break;
+            if (!net::TlsContext::shown_authority(*stream).empty()) {
+              ++signed_;
+              break;
+            }
+            pollfd wait{fd.get(), POLLIN, 0};
+            ::poll(&wait, 1, 100);
+          }
+        }
+      });
+    }
+  }
+  ~Signatures() {
+    enough_ = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+  std::size_t tried() const { return tried_; }
+  std::size_t made() const { return signed_; }
+
+ private:
+  std::atomic<bool> enough_ = false;
+  std::atomic<std::size_t> tried_ = 0, signed_ = 0;
+  std::vector<std::thread> threads_;
+};
+
+// A1: handshakes cost a signature each. How many an address gets of them is bounded, and newcomers of another
+// address come in beside it, as quickly as there is no attack but for the processor that it takes.
+TEST_F(TlsGate, HandshakesOfOneAddressAreBoundedAndDelayNoNewcomer_A1) {
+  const bool long_run = std::getenv("HANDLOFT_LONG") != nullptr;
+  const auto lasting = long_run ? 10s : 1s;
+  net::ServerOptions options;
+  options.handshakes = {.per_s = 100, .per_s_per_address = 20};
+  serve(options);
+  const auto paired = pair(invited());
+  ASSERT_TRUE(paired.ok()) << paired.error().describe();
+  const auto newcomers = [&] {
+    std::vector<double> times;
+    const auto end = std::chrono::steady_clock::now() + lasting;
+    while (std::chrono::steady_clock::now() < end) {
+      std::this_thread::sleep_for(100ms);  // As people come, not as fast as it goes.
+      const auto begin = std::chrono::steady_clock::now();
+      const auto client = connect(paired->identity, paired->authority_pem);
+      EXPECT_TRUE(client.ok()) << client.error().describe();
+      times.push_back(
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+    }
+    return p99_ms(times);
+  };
+  const double alone = newcomers();
+  std::size_t made = 0, tried = 0;
+  double beside = 0, seconds = 0;
+  {
+    Signatures attack(attacker, server_->endpoint().port,
+                      *net::TlsContext::for_pairing(command().authority_fingerprint()), 2);
+    const auto begin = std::chrono::steady_clock::now();
+    while (attack.made() == 0) std::this_thread::yield();
+    beside = newcomers();
+    made = attack.made();
+    tried = attack.tried();
+    seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+  std::cout << "handshakes: " << tried << " tried and " << made << " signed in " << seconds
+            << " s; p99 of a newcomer " << alone << " ms alone, " << beside << " ms beside them\n";
   RecordProperty("p99_alone_us", static_cast<int>(alone * 1000));
   RecordProperty("p99_beside_us", static_cast<int>(beside * 1000));
-  EXPECT_LE(open, net::ServerOptions{}.max_half_open * 2 + 2) << "what they cost is bounded";
-  // Wide, for machines that have other things to do; the figure is what is reported.
-  EXPECT_LE(beside, std::max(5 * alone, 20.0));
+  EXPECT_GT(tried, 2 * made) << "the attack was no attack";
+  EXPECT_LE(static_cast<double>(made), 20 * (seconds + 2) + 2);
+  EXPECT_LE(beside, std::max(10 * alone, 200.0));
 }
 
 }  // namespace

@@ -172,7 +172,7 @@ TEST(DocumentCodec, D8_AFileOfVersion1IsRead) {
 
 TEST(DocumentCodec, D8_ANewerVersionIsNotGuessedAt) {
   v1::StoredModel message;
-  message.set_version(3);
+  message.set_version(4);
   EXPECT_EQ(decoded(message.SerializeAsString()).error().code, ErrorCode::unsupported);
 }
 
@@ -220,6 +220,25 @@ TEST(DocumentCodec, F1_WhatDoesNotFitIsNamed) {
   expect_damaged("two of one name",
                  [](v1::StoredModel& m) { m.mutable_current()->mutable_alternatives(0)->set_name("wide"); });
   expect_damaged("none present", [](v1::StoredModel& m) { m.mutable_current()->set_present(7); });
+  expect_damaged("steps without order", [](v1::StoredModel& m) { m.mutable_steps(1)->set_number(1); });
+  expect_damaged("a step without a number", [](v1::StoredModel& m) { m.mutable_steps(0)->clear_number(); });
+  expect_damaged("a step that was never made",
+                 [](v1::StoredModel& m) { m.mutable_gone()->set_last_step(1); });
+  expect_damaged("early steps that are not there",
+                 [](v1::StoredModel& m) { m.mutable_gone()->set_early_steps(999); });
+  expect_damaged("more gone than can be", [](v1::StoredModel& m) {
+    v1::StoredGoneOf& of = *m.mutable_gone()->add_clients();
+    of.set_client_id(999);
+    of.set_older(~std::uint64_t{0});
+    of.set_newer(2);
+  });
+  expect_damaged("a client twice", [](v1::StoredModel& m) {
+    for (int i = 0; i < 2; ++i) m.mutable_gone()->add_clients()->set_client_id(999);
+  });
+  expect_damaged("the newest of nobody else", [](v1::StoredModel& m) {
+    m.mutable_gone()->mutable_before()->set_client_id(m.mutable_gone()->newest().client_id());
+    m.mutable_gone()->mutable_before()->set_step(1);
+  });
   expect_damaged("a step stands behind one that is taken back", [](v1::StoredModel& m) {
     for (v1::StoredStep& step : *m.mutable_steps()) {
       if (step.client_id() == bob) {

@@ -32,6 +32,8 @@ max_connections = 7
 max_half_open = 6
 max_half_open_per_address = 5
 hello_timeout_s = 1.5
+max_handshakes_per_s = 21
+max_handshakes_per_s_per_address = 13
 max_message_kib = 100
 max_messages_per_s = 9
 max_pending_requests = 8
@@ -88,7 +90,7 @@ TEST(ServiceLimits, TheExampleDocumentsEveryKey) {
       flags.insert(option.flag);
   }
   EXPECT_EQ(flags, documented);
-  EXPECT_EQ(flags.size(), 22U);
+  EXPECT_EQ(flags.size(), 24U);
 }
 
 TEST(ServiceLimits, AnUnknownKeyIsRefusedByName) {
@@ -113,6 +115,8 @@ TEST(ServiceLimits, AreAppliedEachToItsOwn) {
   EXPECT_EQ(options.net.max_half_open, 6U);
   EXPECT_EQ(options.net.max_half_open_per_address, 5U);
   EXPECT_EQ(options.net.hello_timeout, std::chrono::milliseconds(1500));
+  EXPECT_EQ(options.net.handshakes.per_s, 21U);
+  EXPECT_EQ(options.net.handshakes.per_s_per_address, 13U);
   EXPECT_EQ(options.net.max_frame_bytes, 100U << 10U);
   EXPECT_EQ(options.net.max_messages_per_s, 9U);
   EXPECT_EQ(options.max_pending_requests, 8U);

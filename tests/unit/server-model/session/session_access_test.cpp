@@ -122,6 +122,23 @@ TEST_F(SessionAccessTest, ARoleThatChangesIsToldAndHolds) {
   EXPECT_EQ(outcome(ann, shape), "permission_denied") << "it asked for no more than to comment";
 }
 
+TEST_F(SessionAccessTest, H3_WhatWasDoneIsAnsweredSoWhenItsAuthorMayNoMore) {
+  const auto bob = come(bob_uid, v1::ROLE_COMMENTER);
+  v1::Operation done = comment("c1"), late = comment("c2");
+  done.set_client_op_id(7);
+  late.set_client_op_id(8);
+  const v1::Ack first = ack(bob, submit(bob, done));
+  ASSERT_FALSE(first.has_failure()) << first.failure().message();
+  ASSERT_TRUE(command().set_role("bob", "*", v1::ROLE_VIEWER, now_s).ok());
+  peers_->look_at_access();
+  const v1::Ack again = ack(bob, submit(bob, done));
+  EXPECT_FALSE(again.has_failure()) << again.failure().message();
+  EXPECT_EQ(again.sequence(), first.sequence());
+  EXPECT_EQ(outcome(bob, late), "permission_denied");
+  const auto other = come(bob_uid, v1::ROLE_VIEWER);
+  EXPECT_EQ(outcome(other, done), "permission_denied") << "another client's number 7";
+}
+
 TEST_F(SessionAccessTest, WhoIsRevokedIsClosed) {
   const auto ann = come(ann_uid, v1::ROLE_COMMENTER), bob = come(bob_uid, v1::ROLE_COMMENTER),
              me = come(our_uid, v1::ROLE_EDITOR);
@@ -131,6 +148,37 @@ TEST_F(SessionAccessTest, WhoIsRevokedIsClosed) {
   EXPECT_FALSE(bob->closed());
   EXPECT_FALSE(me->closed());
   EXPECT_EQ(come(ann_uid, v1::ROLE_VIEWER), nullptr);
+}
+
+// U1, U2: who may shape no longer holds nothing, from the moment on that the server knows. The clock stands
+// still: no lease ends by itself.
+TEST_F(SessionAccessTest, LeasesOfWhoIsDemotedOrRevokedEndAtOnce) {
+  for (const std::string what : {"demoted", "revoked"}) {
+    give("ann", v1::ROLE_EDITOR);
+    const auto ann = come(ann_uid, v1::ROLE_EDITOR), me = come(our_uid, v1::ROLE_EDITOR);
+    ASSERT_NE(ann, nullptr) << what;
+    v1::Operation shape, move;
+    shape.mutable_create_dual_shape()->set_id(what);
+    ASSERT_EQ(outcome(me, shape), "");
+    move.mutable_transform()->add_entities(what);
+    move.mutable_transform()->mutable_translation()->set_x(0.1);
+    v1::Envelope lease;
+    lease.mutable_lease()->set_request(++last_request_);
+    lease.mutable_lease()->set_entity(what);
+    ASSERT_TRUE(say(ann, lease).ok());
+    EXPECT_EQ(ack(ann, last_request_).failure().code(), "");
+    EXPECT_EQ(outcome(me, move), "failed_precondition") << "it is ann's";
+    if (what == "demoted") {
+      ASSERT_TRUE(command().set_role("ann", "*", v1::ROLE_VIEWER, now_s).ok());
+    } else {
+      ASSERT_TRUE(command().revoke_user("ann", now_s).ok());
+    }
+    peers_->look_at_access();
+    EXPECT_EQ(outcome(me, move), "") << what;
+    EXPECT_EQ(ann->closed(), what == "revoked");
+    leave(ann);
+    leave(me);
+  }
 }
 
 TEST_F(SessionAccessTest, IsWrittenDown) {

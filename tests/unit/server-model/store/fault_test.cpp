@@ -13,6 +13,7 @@
 #include <iostream>
 #include <map>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -316,6 +317,31 @@ TEST(StoreFaults, D5AReadThatFailsAnywhereIsRefusedInWordsAndLosesNothing) {
             << " told, 0 acknowledged operations lost\n";
 }
 
+TEST(StoreFaults, D5AnyOtherCallThatFailsIsToldAndLosesNothing) {
+  FaultDisk whole;
+  ASSERT_EQ(run_session(whole), 300U);
+  const std::size_t calls = whole.calls();
+  const std::size_t stride = long_run ? 1 : std::max<std::size_t>(1, calls / 50);
+  std::size_t told = 0, tried = 0;
+  for (std::size_t at = 0; at < calls; at += stride) {
+    FaultDisk disk;
+    disk.fail_at(at, Failure::call_error);
+    Status status;
+    const std::uint64_t acknowledged = run_session(disk, nullptr, &status);
+    ++tried;
+    if (!status) {
+      ++told;
+      EXPECT_FALSE(status.error().message.empty());
+    } else {
+      EXPECT_EQ(acknowledged, 300U);
+    }
+    ASSERT_EQ(complaint(disk.files(), acknowledged, at % 16 == 0), "") << "call " << at;
+  }
+  EXPECT_GT(told, tried / 2);
+  std::cout << "D5: " << tried << " of " << calls << " other calls failed, " << told
+            << " told, 0 acknowledged operations lost\n";
+}
+
 TEST(StoreFaults, D5TheWritingThreadTellsEveryoneThatWaits) {
   FaultDisk disk;
   auto log = OperationLog::create(file, LogIdentity{{1, 2, 3}, 5}, on(disk));
@@ -354,8 +380,14 @@ class StoreRot : public testing::Test {
     std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   }
 
-  /// The files of the session: closed, or as a crash leaves them with half of it in the write-ahead log.
-  std::map<std::string, std::string> make(bool closed) {
+  /// How the session ended.
+  enum class Left {
+    closed,
+    crashed,            ///< Half of it in the file, half in a write-ahead log that had begun anew.
+    crashed_unchecked,  ///< All of it in the write-ahead log.
+  };
+
+  std::map<std::string, std::string> make(Left left) {
     const fs::path path = folder / "made";
     std::map<std::string, std::string> files;
     {
@@ -363,63 +395,145 @@ class StoreRot : public testing::Test {
       EXPECT_TRUE(log.ok());
       const std::span<const LogRecord> records(session().records);
       EXPECT_TRUE(log->append(records.first(150)).ok());
-      EXPECT_TRUE(log->add_version({"half", main_branch, 100, 1, 2, "words"}).ok());
       EXPECT_TRUE(write_snapshot(*log, middle(), 5).ok());
-      EXPECT_TRUE(log->database().checkpoint().ok());
+      if (left != Left::crashed_unchecked) {
+        EXPECT_TRUE(log->database().checkpoint().ok());
+      }
       for (std::size_t i = 150; i < 300; i += 10) EXPECT_TRUE(log->append(records.subspan(i, 10)).ok());
-      if (!closed) {
+      if (left != Left::closed) {
         for (const char* suffix : {"", "-wal", "-mark"}) files[suffix] = read_all(path.string() + suffix);
       }
     }
-    if (closed) {
+    if (left == Left::closed) {
       for (const char* suffix : {"", "-mark"}) files[suffix] = read_all(path.string() + suffix);
     }
     return files;
   }
 
+  /// Bytes that belong together, and whether recovery looks at any of them.
+  struct Place {
+    std::string suffix;
+    std::size_t from = 0, size = 0;
+    enum class Use { live, superseded };
+    Use use = Use::live;
+  };
+
+  /// Each page of the file, and the header and each frame of the write-ahead log
+  /// (sqlite.org/fileformat2.html, 4.1): of a log that has begun anew the frames behind the new ones, whose
+  /// salts are others, are superseded, and so are pages of the file that a live frame has.
+  static std::vector<Place> places(const std::map<std::string, std::string>& files) {
+    constexpr std::size_t page = 4096, wal_header = 32, frame_header = 24, salts_at = 16, salts = 8;
+    std::vector<Place> all;
+    std::set<std::uint32_t> newer;
+    if (const auto wal = files.find("-wal"); wal != files.end()) {
+      const std::string& bytes = wal->second;
+      all.push_back({"-wal", 0, wal_header});
+      bool live = true;
+      for (std::size_t at = wal_header; at + frame_header + page <= bytes.size(); at += frame_header + page) {
+        live = live && bytes.compare(at + 8, salts, bytes, salts_at, salts) == 0;
+        all.push_back({"-wal", at, frame_header + page, live ? Place::Use::live : Place::Use::superseded});
+        std::uint32_t number = 0;
+        for (std::size_t i = 0; i < 4; ++i) number = number << 8U | static_cast<unsigned char>(bytes[at + i]);
+        if (live) newer.insert(number);
+      }
+    }
+    for (std::size_t at = 0; at < files.at("").size(); at += page) {
+      const auto number = static_cast<std::uint32_t>(at / page + 1);
+      all.push_back({"", at, page, newer.contains(number) ? Place::Use::superseded : Place::Use::live});
+    }
+    all.push_back({"-mark", 0, files.at("-mark").size()});
+    return all;
+  }
+
   enum class Seen { detected, harmless, served };
-  /// Nothing that is served may differ from what was written.
-  Seen look(const std::map<std::string, std::string>& files) {
+  struct Look {
+    Seen seen = Seen::served;
+    std::string words;       ///< What was said of it.
+    std::uint64_t good = 0;  ///< Operations that are good all the same.
+  };
+  /// Nothing that is served may differ from what was written, and what is detected is named, with the good
+  /// prefix of the session still to be had.
+  Look look(const std::map<std::string, std::string>& files) {
     const fs::path path = folder / "looked";
     for (const char* suffix : {"", "-wal", "-shm", "-mark"}) fs::remove(path.string() + suffix);
     for (const auto& [suffix, bytes] : files) write_all(path.string() + suffix, bytes);
-    auto log = OperationLog::open(path, Access::write);
-    if (!log) return Seen::detected;
-    if (!check_log(*log).bad_snapshots.empty()) return Seen::detected;
-    if (log->last_sequence() != 300 || log->versions()->size() != 1 || log->snapshots()->empty())
-      return Seen::served;
-    for (const LogRecord& record : session().records) {
-      if (record.client_op_id == 0) continue;
-      const auto found = log->find(record.client_id, record.client_op_id);
-      if (!found || !*found || (*found)->record.operation != record.operation) return Seen::served;
+    Look result;
+    {
+      auto log = OperationLog::open(path, Access::write);
+      if (log) {
+        if (const LogCheck check = check_log(*log); !check.bad_snapshots.empty())
+          result = {Seen::detected, check.bad_snapshots[0].words(), log->last_sequence()};
+        if (log->last_sequence() != 300) return {};
+        if (result.seen == Seen::served && log->snapshots()->empty()) return {};
+        for (const LogRecord& record : session().records) {
+          if (record.client_op_id == 0) continue;
+          const auto found = log->find(record.client_id, record.client_op_id);
+          if (!found || !*found || (*found)->record.operation != record.operation) return {};
+        }
+        const auto recovered = recover(*log);
+        if (!recovered || model::document_hash(recovered->model.document()) != session().hashes[300])
+          return {};
+        if (result.seen == Seen::served) result = {Seen::harmless, "", 300};
+        return result;
+      }
+      result = {Seen::detected, log.error().describe(), 0};
     }
-    const auto recovered = recover(*log);
-    if (!recovered || model::document_hash(recovered->model.document()) != session().hashes[300])
-      return Seen::served;
-    return Seen::harmless;
+    auto log = OperationLog::open(path, Access::read);
+    if (!log) return result;
+    (void)log->read(1, [&](const LogEntry& entry) -> Status {
+      const LogRecord& expected = session().records[entry.record.sequence - 1];
+      if (entry.record.operation != expected.operation || entry.record.answer != expected.answer ||
+          entry.record.client_id != expected.client_id)
+        result.seen = Seen::served;
+      result.good = entry.record.sequence;
+      return {};
+    });
+    return result;
   }
 
-  void flip(bool closed, std::size_t flips) {
-    const auto good = make(closed);
-    ASSERT_EQ(look(good), Seen::harmless);
-    std::size_t bytes = 0;
-    for (const auto& [suffix, content] : good) bytes += content.size();
-    std::mt19937_64 random(closed ? 1 : 2);
-    std::size_t detected = 0, harmless = 0;
+  void flip(Left left, const char* words, std::size_t flips) {
+    const auto good = make(left);
+    ASSERT_EQ(look(good).seen, Seen::harmless);
+    std::vector<Place> live, superseded;
+    for (const Place& place : places(good))
+      (place.use == Place::Use::live ? live : superseded).push_back(place);
+    std::mt19937_64 random(static_cast<std::uint64_t>(left) + 1);
+    // Round all places that are read, so that each is hit as often; one in twenty where nobody looks.
+    constexpr std::size_t one_in = 20;
+    std::size_t detected = 0, harmless = 0, lost_some = 0, next = 0, next_superseded = 0;
     for (std::size_t i = 0; i < flips; ++i) {
+      const bool unread = i % one_in == 0 && !superseded.empty();
+      const Place& place =
+          unread ? superseded[next_superseded++ % superseded.size()] : live[next++ % live.size()];
       auto files = good;
-      std::size_t at = random() % bytes;
-      auto one = files.begin();
-      for (; at >= one->second.size(); ++one) at -= one->second.size();
-      one->second[at] = static_cast<char>(one->second[at] ^ static_cast<char>(1U << (random() % 8)));
-      const Seen seen = look(files);
-      ASSERT_NE(seen, Seen::served) << "byte " << at << " of FILE" << one->first;
-      ++(seen == Seen::detected ? detected : harmless);
+      const std::size_t at = place.from + random() % place.size;
+      char& byte = files.at(place.suffix)[at];
+      byte = static_cast<char>(byte ^ static_cast<char>(1U << (random() % 8)));
+      const Look seen = look(files);
+      ASSERT_NE(seen.seen, Seen::served) << "byte " << at << " of FILE" << place.suffix << " " << seen.words;
+      if (unread) {
+        EXPECT_EQ(seen.seen, Seen::harmless) << "byte " << at << " of FILE" << place.suffix;
+      }
+      if (seen.seen == Seen::detected) {
+        EXPECT_GT(seen.words.size(), 10U);
+        lost_some += seen.good < 300 ? 1 : 0;
+      }
+      // Each frame has its checksum, and the mark knows how many there were.
+      if (!unread && place.suffix == "-wal") {
+        EXPECT_EQ(seen.seen, Seen::detected) << "byte " << at << " of FILE-wal";
+        EXPECT_TRUE(seen.words.find("was saved") != std::string::npos ||
+                    seen.words.find("never finished") != std::string::npos)
+            << seen.words;
+      }
+      ++(seen.seen == Seen::detected ? detected : harmless);
     }
-    std::cout << "D4: " << flips << " flipped bits in " << bytes << " bytes "
-              << (closed ? "of a closed log" : "as a crash leaves them") << ": " << detected << " detected, "
-              << harmless << " harmless, 0 served\n";
+    std::cout << "D4: " << flips << " flipped bits in " << live.size()
+              << " pages and frames that are read and " << superseded.size() << " that are not, " << words
+              << ": " << detected << " detected (" << lost_some
+              << " with operations behind them that are not good), " << harmless << " harmless, 0 served\n";
     EXPECT_GT(detected, flips / 2);
+    // Each place has been hit.
+    EXPECT_GE(next, std::min(flips, live.size()));
   }
 
   fs::path folder;
@@ -428,11 +542,15 @@ class StoreRot : public testing::Test {
 const std::size_t rot_flips = long_run ? 10'000 : test::sanitized ? 100 : 250;
 
 TEST_F(StoreRot, D4OneBitOfAClosedLogIsDetectedOrHarmless) {
-  flip(true, rot_flips);
+  flip(Left::closed, "of a closed log", rot_flips);
 }
 
 TEST_F(StoreRot, D4OneBitOfACrashedLogIsDetectedOrHarmless) {
-  flip(false, rot_flips);
+  flip(Left::crashed, "as a crash leaves them", rot_flips);
+}
+
+TEST_F(StoreRot, D4OneBitOfALogThatIsAllAheadIsDetectedOrHarmless) {
+  flip(Left::crashed_unchecked, "as a crash before any checkpoint leaves them", rot_flips);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <random>
 #include <string>
@@ -240,6 +241,64 @@ TEST(Resume, C3_a_cut_at_any_moment_leaves_what_one_sees_that_has_just_come) {
               resumed_bytes / static_cast<std::size_t>(resumed),
               snapshot_bytes / static_cast<std::size_t>(resumed));
   EXPECT_LT(resumed_bytes, snapshot_bytes);
+}
+
+/// A cloud of 5,000 points that a mirror holds, then what happens to it while the mirror is away; gives the
+/// bytes by which it catches up.
+std::size_t bytes_to_catch_up(const std::function<void(model::Model&)>& meanwhile) {
+  model::Model model;
+  MeshCache meshes([](const std::function<void()>& job) { job(); }, [] {});
+  SceneBuilder builder(7, meshes);
+  const auto add = [&](int count) {
+    v1::Operation operation;
+    operation.mutable_add_points()->set_entity("a");
+    if (model.document().find("a") == nullptr) operation.mutable_add_points()->mutable_create();
+    for (int i = 0; i < count; ++i)
+      operation.mutable_add_points()->add_points()->mutable_position()->set_x(1e-4 * i);
+    EXPECT_TRUE(model.submit(operation).ok());
+  };
+  add(5000);
+  Mirror mirror;
+  Viewer viewer;
+  const auto scene = builder.build(model, 0);
+  while (const auto envelope = viewer.next(*scene)) mirror.take(*envelope);
+  for (int i = 0; i < 10; ++i) {
+    add(3);
+    (void)builder.build(model, 0);
+  }
+  meanwhile(model);
+  const auto later = builder.build(model, 0);
+  viewer = Viewer();
+  EXPECT_TRUE(viewer.resume(mirror.join(), *later));
+  const std::size_t before = mirror.bytes;
+  while (const auto envelope = viewer.next(*later)) mirror.take(*envelope);
+  Mirror fresh;
+  Viewer late;
+  while (const auto envelope = late.next(*later)) fresh.take(*envelope);
+  expect_same(mirror, fresh);
+  return mirror.bytes - before;
+}
+
+TEST(Resume, U3_of_a_cloud_that_has_only_grown_the_tail_is_sent) {
+  const std::size_t grown = bytes_to_catch_up([](model::Model&) {});
+  EXPECT_LT(grown, 2000U) << "30 points of 14 bytes and what is told of every entity";
+  const std::size_t named = bytes_to_catch_up([](model::Model& model) {
+    v1::Operation operation;
+    operation.mutable_rename()->set_entity("a");
+    operation.mutable_rename()->set_name("seat");
+    EXPECT_TRUE(model.submit(operation).ok());
+  });
+  EXPECT_LT(named, 2000U);
+}
+
+TEST(Resume, NegativeControl_of_a_cloud_that_was_moved_all_is_sent) {
+  const std::size_t moved = bytes_to_catch_up([](model::Model& model) {
+    v1::Operation operation;
+    operation.mutable_transform()->add_entities("a");
+    operation.mutable_transform()->mutable_translation()->set_x(0.01);
+    EXPECT_TRUE(model.submit(operation).ok());
+  });
+  EXPECT_GT(moved, 5000U * 14);
 }
 
 TEST(Resume, what_a_join_claims_is_believed_only_as_far_as_it_can_be) {

@@ -89,7 +89,7 @@ TEST_F(StreamSculpt, D21_triangles_are_sent_once_for_a_drag) {
   EXPECT_TRUE(moved.indices().empty());
   EXPECT_EQ(moved.topology(), whole.topology());
   EXPECT_EQ(moved.index_count(), whole.index_count());
-  EXPECT_NE(moved.positions(), whole.positions());
+  EXPECT_NE(moved.residuals(), whole.residuals());
   EXPECT_FALSE(codec::decode_mesh(moved).ok()) << "they are not known to everybody";
 
   const auto before = codec::decode_mesh(whole);
@@ -105,6 +105,29 @@ TEST_F(StreamSculpt, D21_triangles_are_sent_once_for_a_drag) {
   ASSERT_TRUE(joined);
   EXPECT_FALSE(only(*joined).surface().indices().empty());
   EXPECT_EQ(only(*joined).icons_size(), 1);
+}
+
+TEST_F(StreamSculpt, OlderViewersAreSentTheSameVerticesAsTheyReadThem) {
+  hood();
+  Viewer newer, older({}, MeshReading::vertex_streams);
+  const auto compare = [&](const codec::KnownTriangles& known) {
+    const auto now = newer.next(*scene()), then = older.next(*scene());
+    EXPECT_TRUE(now && then);
+    EXPECT_TRUE(only(*then).surface().residuals().empty());
+    EXPECT_EQ(only(*then).surface().topology(), only(*now).surface().topology());
+    auto a = codec::decode_mesh(only(*now).surface(), {}, known);
+    const auto b = codec::decode_mesh(only(*then).surface(), {}, known);
+    EXPECT_TRUE(a.ok() && b.ok());
+    EXPECT_EQ(a->positions, b->positions);
+    EXPECT_EQ(a->normals, b->normals);
+    EXPECT_EQ(a->indices, b->indices);
+    return std::pair{only(*now).surface().topology(), *std::move(a)};
+  };
+  const auto [topology, whole] = compare({});
+  const auto gesture = model_.begin_provisional(
+      operation(R"({"drag_icon": {"entity": "hood", "icon": "top", "translation": {"z": 0.02}}})"));
+  ASSERT_TRUE(gesture.ok()) << gesture.error().describe();
+  EXPECT_NE(compare({topology, whole.indices}).second.positions, whole.positions);
 }
 
 TEST_F(StreamSculpt, D17_icons_have_the_papers_colours_and_shapes) {
@@ -265,6 +288,8 @@ TEST_F(StreamSculpt, a_trimmed_face_keeps_to_its_trim_and_follows_the_surface) {
   const auto mesh = codec::decode_mesh(*packed);
   ASSERT_TRUE(mesh.ok());
   EXPECT_GT(mesh->indices.size() / 3, 1000U);
+  EXPECT_LT(packed->residuals().size(), 3 * mesh->positions.size())
+      << "in the order of refinement they take 8 each";
   for (const auto& [x, y, z] : mesh->positions) {
     EXPECT_LE(std::hypot(static_cast<double>(x) / 0.4, static_cast<double>(y) / 0.3), 0.3 + 1e-4);
     const geometry::Vec3 expected =
