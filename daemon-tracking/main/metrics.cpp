@@ -1,8 +1,6 @@
 #include "daemon-tracking/main/metrics.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -17,7 +15,6 @@ namespace handloft::tracking {
 namespace {
 
 constexpr double ms_per_s = 1000.0;
-constexpr double us_per_s = 1e6;
 
 void add_histogram(MetricsText& text, const LatencyHistogram& values, const std::string& labels = {}) {
   const std::string comma = labels.empty() ? "" : labels + ",";
@@ -97,24 +94,6 @@ std::uint64_t MetricsBoard::reloads_refused() const {
   return reloads_refused_;
 }
 
-ProcessFigures process_figures() {
-  ProcessFigures figures;
-  rusage usage{};
-  if (getrusage(RUSAGE_SELF, &usage) == 0) {
-    figures.cpu_seconds = static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-                          static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) / us_per_s;
-  }
-  std::ifstream statm("/proc/self/statm");
-  std::uint64_t all_pages = 0, resident_pages = 0;
-  if (statm >> all_pages >> resident_pages)
-    figures.resident_bytes = resident_pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  std::error_code gone;
-  for (std::filesystem::directory_iterator it("/proc/self/fd", gone), end; !gone && it != end;
-       it.increment(gone))
-    ++figures.open_files;
-  return figures;
-}
-
 std::string prometheus_text(const MetricsBoard& board, const ProcessFigures& process) {
   const MetricsSnapshot figures = board.get();
   MetricsText text;
@@ -146,12 +125,7 @@ std::string prometheus_text(const MetricsBoard& board, const ProcessFigures& pro
   add_histogram(text, figures.exposure_to_publish);
   text.family("arrival_to_publish_seconds", "histogram", "The daemon's own part of that age.");
   add_histogram(text, figures.arrival_to_publish);
-  text.family("process_cpu_seconds_total", "counter", "User and system time.");
-  text.sample(process.cpu_seconds);
-  text.family("process_resident_memory_bytes", "gauge", "Resident memory.");
-  text.sample(process.resident_bytes);
-  text.family("process_open_fds", "gauge", "Open files.");
-  text.sample(process.open_files);
+  add_process_figures(text, process);
   return text.take();
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/process_figures.h"
 #include "daemon-tracking/fusion/tracking_pipeline.h"
 #include "daemon-tracking/main/latency_window.h"
 #include "daemon-tracking/publish/tracking_message.h"
@@ -34,14 +35,6 @@ struct MetricsSnapshot {
   LatencyHistogram exposure_to_publish;
   LatencyHistogram arrival_to_publish;
 };
-
-/// What the system knows of this process; zeros where /proc is not to be had.
-struct ProcessFigures {
-  double cpu_seconds = 0.0;
-  std::uint64_t resident_bytes = 0;
-  std::uint64_t open_files = 0;
-};
-ProcessFigures process_figures();
 
 /// Thread-safe.
 class MetricsBoard {

@@ -11,6 +11,7 @@
 
 #include "common/base/config.h"
 #include "common/base/log.h"
+#include "common/base/process_figures.h"
 #include "server-model/main/exit_status.h"
 #include "server-model/session/cad_process.h"
 #include "server-model/session/serve.h"
@@ -161,6 +162,7 @@ int serve_command(const std::vector<std::string>& arguments) {
   options.files.read_folder = settings.read_folder;
   options.files.write_folder = settings.write_folder;
   options.files.cad = std::make_shared<const session::CadProcess>();
+  share_heaps();
   return session::serve(options, std::cout);
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "common/base/metrics_text.h"
+#include "common/base/process_figures.h"
 #include "common/base/version.h"
 
 namespace handloft::session {
@@ -154,6 +155,7 @@ std::string SessionMetrics::text(const PresentFigures& present) const {
           [](const ModelFigures& model) {
             return model.kept ? std::optional<int>(model.writable ? 1 : 0) : std::optional<int>();
           });
+  add_process_figures(text, process_figures());
   return text.take();
 }
 
