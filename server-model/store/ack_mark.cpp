@@ -24,10 +24,6 @@ constexpr std::size_t content_bytes = 8 + 2 * number_bytes + model::ContentHash:
 constexpr std::size_t check_bytes = 8;
 using Image = std::array<char, content_bytes + check_bytes>;
 
-std::string mark_path(const std::filesystem::path& log) {
-  return log.string() + "-mark";
-}
-
 void seal(Image& image) {
   const auto hash = model::content_hash({image.data(), content_bytes});
   std::copy_n(model::as_bytes(hash).begin(), check_bytes, image.begin() + content_bytes);
@@ -46,10 +42,16 @@ std::uint64_t get(const char* from) {
 
 }  // namespace
 
+std::string AckMark::path_of(const std::filesystem::path& log) {
+  std::error_code failed;
+  const auto followed = std::filesystem::weakly_canonical(log, failed);
+  return (failed ? log : followed).string() + "-mark";
+}
+
 Result<AckMark> AckMark::lock(const std::filesystem::path& log) {
   AckMark mark;
   constexpr mode_t owner_only = 0600;
-  const std::string path = mark_path(log);
+  const std::string path = path_of(log);
   mark.file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, owner_only);
   if (mark.file_ < 0) return make_error(ErrorCode::io, fmt::format("{}: {}", path, std::strerror(errno)));
   if (::flock(mark.file_, LOCK_EX | LOCK_NB) != 0) {
@@ -62,7 +64,7 @@ Result<AckMark> AckMark::lock(const std::filesystem::path& log) {
 }
 
 std::optional<AckMark::Mark> AckMark::read(const std::filesystem::path& log) {
-  const int file = ::open(mark_path(log).c_str(), O_RDONLY | O_CLOEXEC);
+  const int file = ::open(path_of(log).c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return std::nullopt;
   Image image{};
   const ssize_t got = ::pread(file, image.data(), image.size(), 0);

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "common/base/result.h"
 #include "server-model/model/content_hash.h"
@@ -23,6 +24,8 @@ class AckMark {
     bool operator==(const Mark&) const = default;
   };
 
+  /// Of the file itself, by whatever link it is called, as SQLite's journal.
+  static std::string path_of(const std::filesystem::path& log);
   /// Errors: failed_precondition when another process writes this log; io.
   static Result<AckMark> lock(const std::filesystem::path& log);
   /// What it says; nullopt when there is none, or it is damaged: then nothing is known.

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <string>
+#include <system_error>
 #include <utility>
 
 namespace handloft::store {
@@ -68,6 +72,32 @@ void Database::Close::operator()(sqlite3* connection) const {
   sqlite3_close_v2(connection);
 }
 
+namespace {
+
+/// SQLite makes a file beside one that is only read, too. Where it may not, as on a medium that is read-only,
+/// a file whose write-ahead log holds nothing can be read without: then nobody can be writing it there.
+bool cannot_change(const std::filesystem::path& path) {
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  std::error_code missing;
+  const auto waiting = std::filesystem::file_size(path.string() + "-wal", missing);
+  return ::access(folder.c_str(), W_OK) != 0 && (missing || waiting == 0) &&
+         !std::filesystem::exists(path.string() + "-shm", missing);
+}
+
+std::string as_uri(const std::string& path) {
+  std::string uri = "file:";
+  for (const char c : path) {
+    if (c == '%' || c == '?' || c == '#') {
+      uri += fmt::format("%{:02x}", static_cast<unsigned>(c));
+    } else {
+      uri += c;
+    }
+  }
+  return uri;
+}
+
+}  // namespace
+
 Result<Database> Database::open(const std::filesystem::path& path, Access access, const std::string& vfs) {
   int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
   flags |= access == Access::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
@@ -75,8 +105,10 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
   Database database;
   database.path_ = path.string();
   sqlite3* connection = nullptr;
-  const int opened =
-      sqlite3_open_v2(database.path_.c_str(), &connection, flags, vfs.empty() ? nullptr : vfs.c_str());
+  const bool still = access == Access::read && vfs.empty() && cannot_change(path);
+  const std::string name = still ? as_uri(database.path_) + "?immutable=1" : database.path_;
+  if (still) flags |= SQLITE_OPEN_URI;
+  const int opened = sqlite3_open_v2(name.c_str(), &connection, flags, vfs.empty() ? nullptr : vfs.c_str());
   database.connection_.reset(connection);
   if (opened != SQLITE_OK) return database.error("open");
   sqlite3_busy_timeout(connection, busy_timeout_ms);
@@ -152,6 +184,8 @@ Status Database::copy_to(Database& to) const {
 }
 
 Error Database::error(std::string_view doing) const {
+  const auto is_forbidden = [](int number) { return number == EACCES || number == EPERM || number == EROFS; };
+  std::error_code ignored;
   const int code = sqlite3_errcode(connection_.get());
   auto kind = ErrorCode::io;
   switch (code & 0xff) {
@@ -162,8 +196,14 @@ Error Database::error(std::string_view doing) const {
     case SQLITE_NOTADB:
       kind = ErrorCode::data_corrupt;
       break;
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      kind = ErrorCode::permission_denied;
+      break;
     case SQLITE_CANTOPEN:
-      kind = ErrorCode::not_found;
+      kind = is_forbidden(sqlite3_system_errno(connection_.get()))            ? ErrorCode::permission_denied
+             : std::filesystem::exists(std::filesystem::path(path_), ignored) ? ErrorCode::io
+                                                                              : ErrorCode::not_found;
       break;
     case SQLITE_BUSY:
       kind = ErrorCode::failed_precondition;

@@ -5,6 +5,17 @@
 
 namespace handloft::store {
 
+namespace {
+
+/// What is left where a file could not be made, as on a full disk: it would be taken for a model.
+void remove_unfinished(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::file_size(path, ignored) != 0 || ignored) return;
+  for (const char* suffix : {"", "-wal", "-shm"}) std::filesystem::remove(path.string() + suffix, ignored);
+}
+
+}  // namespace
+
 Result<ModelStore::Opened> ModelStore::open(const std::filesystem::path& path,
                                             const model::ApplyContext& context, ModelStoreOptions options) {
   const auto begun = std::chrono::steady_clock::now();
@@ -16,6 +27,8 @@ Result<ModelStore::Opened> ModelStore::open(const std::filesystem::path& path,
     std::error_code failed;
     const auto size = std::filesystem::file_size(path, failed);
     auto made = OperationLog::create(path, new_identity(now), options.log);
+    // Another process may be making it.
+    if (!made && failed && made.error().code != ErrorCode::failed_precondition) remove_unfinished(path);
     // Why it could not be opened says more of a file that is there.
     if (!made) return failed || size == 0 ? made.error() : log.error();
     log = std::move(made);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -51,6 +52,26 @@ void flush_folder(const std::filesystem::path& path) {
 
 Error damaged(std::string message) {
   return make_error(ErrorCode::data_corrupt, std::move(message));
+}
+
+/// Of a file that is not there or holds nothing: its mark must not know of operations.
+Status nothing_lost(const std::filesystem::path& path, const LogOptions& options) {
+  if (options.mark != LogOptions::Mark::kept) return {};
+  const auto mark = AckMark::read(path);
+  if (!mark || mark->sequence == 0) return {};
+  return damaged(fmt::format(
+      "{} holds nothing, but {} says that {} operations were on the disk: put a backup back, or remove "
+      "the mark to begin anew",
+      path.string(), AckMark::path_of(path), mark->sequence));
+}
+
+/// SQLite's journal goes by the file's name: under another one what is only in the journal would be missing.
+Status one_name(const std::filesystem::path& path) {
+  struct stat facts {};
+  if (::stat(path.c_str(), &facts) != 0 || facts.st_nlink <= 1) return {};
+  return make_error(ErrorCode::failed_precondition,
+                    fmt::format("{} has {} names (hard links), expected one: a copy may be written",
+                                path.string(), facts.st_nlink));
 }
 
 Digest check_of(const LogIdentity& identity, const LogRules& rules) {
@@ -122,6 +143,10 @@ Result<OperationLog> OperationLog::create(const std::filesystem::path& path, con
     auto locked = AckMark::lock(path);
     if (!locked) return locked.error();
     mark = *std::move(locked);
+    std::error_code failed;
+    if (!std::filesystem::exists(path, failed)) {
+      if (auto known = nothing_lost(path, options); !known) return known.error();
+    }
   }
   auto database = Database::open(path, Database::Access::create, options.vfs);
   if (!database) return database.error();
@@ -168,6 +193,7 @@ Result<OperationLog> OperationLog::open(const std::filesystem::path& path, Acces
     if (!std::filesystem::exists(path, failed))
       return make_error(ErrorCode::not_found, fmt::format("there is no file {}", path.string()));
     if (access == Access::write) {
+      if (auto status = one_name(path); !status) return status.error();
       auto locked = AckMark::lock(path);
       if (!locked) return locked.error();
       mark = *std::move(locked);
@@ -200,6 +226,7 @@ Status OperationLog::read_identity() {
   const auto tables = database_.integer("SELECT count(*) FROM sqlite_schema");
   if (!tables) return tables.error();
   if (*owner == 0 && *tables == 0) {
+    if (auto known = nothing_lost(path_, options_); !known) return known;
     return make_error(
         ErrorCode::failed_precondition,
         fmt::format("{}: the making of this file was never finished; it holds nothing", path_.string()));

@@ -4,11 +4,13 @@
 #include "server-model/store/operation_log.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <future>
 #include <string>
 #include <vector>
@@ -16,6 +18,7 @@
 #include "server-model/model/canonical.h"
 #include "server-model/store/group_commit.h"
 #include "server-model/store/log_check.h"
+#include "server-model/store/model_store.h"
 #include "server-model/store/recovery.h"
 #include "server-model/store/repair.h"
 #include "server-model/store/snapshot.h"
@@ -248,6 +251,7 @@ TEST_F(Store, SwappedAndMissingRecordsShow) {
   for (const char* sql : {"DELETE FROM operations WHERE (place & 0xffff) = 120",
                           "UPDATE operations SET place = place + 100000 WHERE (place & 0xffff) = 200"}) {
     fs::remove(path);
+    fs::remove(AckMark::path_of(path));
     {
       OperationLog log = create();
       write_all(log);
@@ -268,6 +272,88 @@ TEST_F(Store, ALostEndShowsByItsMark) {
   ASSERT_FALSE(opened.ok());
   EXPECT_NE(opened.error().message.find("operation 200 was saved"), std::string::npos)
       << opened.error().message;
+}
+
+TEST_F(Store, D1AFileThatIsEmptyOrGoneIsNotBegunAnewWhileItsMarkKnowsOfOperations) {
+  {
+    OperationLog log = create();
+    write_all(log);
+  }
+  const auto refused = [&] {
+    const auto opened = ModelStore::open(path, {});
+    EXPECT_FALSE(opened.ok());
+    if (opened.ok()) return;
+    EXPECT_EQ(opened.error().code, ErrorCode::data_corrupt) << opened.error().describe();
+    EXPECT_NE(opened.error().message.find("200 operations"), std::string::npos) << opened.error().describe();
+    EXPECT_EQ(AckMark::read(path)->sequence, 200U);
+  };
+  fs::resize_file(path, 0);
+  refused();
+  EXPECT_EQ(OperationLog::open(path, Access::read).error().code, ErrorCode::data_corrupt);
+  fs::remove(path);
+  refused();
+  EXPECT_FALSE(fs::exists(path)) << "nothing is made in its place";
+  fs::remove(AckMark::path_of(path));
+  EXPECT_TRUE(ModelStore::open(path, {}).ok());
+}
+
+TEST_F(Store, OneFileIsOneFileByWhateverLink) {
+  const fs::path link = folder / "link.handloft", second = folder / "second.handloft";
+  {
+    OperationLog log = create();
+    write_all(log);
+    fs::create_symlink(path, link);
+    const auto other = OperationLog::open(link, Access::write);
+    ASSERT_FALSE(other.ok());
+    EXPECT_NE(other.error().message.find("in use by another"), std::string::npos) << other.error().describe();
+  }
+  EXPECT_EQ(OperationLog::open(link, Access::write)->last_sequence(), 200U);
+  fs::create_hard_link(path, second);
+  for (const fs::path& name : {path, second}) {
+    const auto opened = OperationLog::open(name, Access::write);
+    ASSERT_FALSE(opened.ok());
+    EXPECT_EQ(opened.error().code, ErrorCode::failed_precondition);
+    EXPECT_NE(opened.error().message.find("hard links"), std::string::npos) << opened.error().describe();
+    EXPECT_FALSE(ModelStore::open(name, {}).ok());
+  }
+  EXPECT_EQ(OperationLog::open(path, Access::read)->last_sequence(), 200U);
+  fs::remove(second);
+  EXPECT_EQ(OperationLog::open(path, Access::write)->last_sequence(), 200U);
+}
+
+// As from a medium that is read-only, or somebody else's folder.
+TEST_F(Store, AFileCanBeReadWhereNothingCanBeWritten) {
+  path = folder / "100% #1?.handloft";
+  {
+    OperationLog log = create();
+    write_all(log);
+  }
+  for (const char* beside : {"-wal", "-shm"}) ASSERT_FALSE(fs::exists(path.string() + beside));
+  fs::permissions(folder, fs::perms(0555));
+  fs::permissions(path, fs::perms(0444));
+  const auto in_a_child = [&](const std::function<bool()>& holds) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      constexpr uid_t nobody = 65534;
+      if (::geteuid() == 0 && ::setresuid(nobody, nobody, nobody) != 0) ::_exit(2);
+      ::_exit(holds() ? 0 : 1);
+    }
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  EXPECT_EQ(in_a_child([&] {
+              const auto log = OperationLog::open(path, Access::read);
+              return log.ok() && log->last_sequence() == 200 && check_log(*log).good();
+            }),
+            0);
+  fs::permissions(path, fs::perms(0000));
+  EXPECT_EQ(in_a_child([&] {
+              const auto log = OperationLog::open(path, Access::read);
+              return !log.ok() && log.error().code == ErrorCode::permission_denied;
+            }),
+            0);
+  fs::permissions(folder, fs::perms(0755));
 }
 
 TEST_F(Store, TwoWritersAreRefusedReadersAreNot) {

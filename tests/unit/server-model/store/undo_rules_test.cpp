@@ -134,6 +134,7 @@ TEST_F(UndoRules, U1ThePresentFormatSaysThatUndoIsPerUser) {
   EXPECT_EQ(entities(), (Ids{"b"}));
   // What the answers say is no matter then: the same operations with those of the other rule.
   fs::remove(path);
+  fs::remove(AckMark::path_of(path));
   std::vector<LogRecord> records = by_the_shared_rule();
   records.resize(3);
   {
