@@ -6,6 +6,7 @@
 #include <cctype>
 #include <charconv>
 #include <map>
+#include <optional>
 #include <set>
 #include <string_view>
 
@@ -26,29 +27,48 @@ namespace v1 = handloft::v1;
 
 namespace {
 
-Result<v1::Export::Format> format_of(const v1::Export& request) {
+constexpr const char* known_extensions = ".step, .stp, .iges, .igs, .glb or .obj";
+
+/// As the name ends: in lower case, with its dot.
+std::string extension_of(const v1::Export& request) {
+  std::string extension = fs::path(request.path()).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+std::optional<v1::Export::Format> format_by_extension(std::string_view extension) {
+  if (extension == ".step" || extension == ".stp") return v1::Export::STEP;
+  if (extension == ".iges" || extension == ".igs") return v1::Export::IGES;
+  if (extension == ".glb") return v1::Export::GLB;
+  if (extension == ".obj") return v1::Export::OBJ;
+  return std::nullopt;
+}
+
+Result<v1::Export::Format> format_of(const v1::Export& request, FileAccess::Scope scope) {
+  const std::string extension = extension_of(request);
+  const auto by_extension = format_by_extension(extension);
   switch (request.format()) {
     case v1::Export::STEP:
     case v1::Export::GLB:
     case v1::Export::OBJ:
     case v1::Export::IGES:
-      return request.format();
+      // Whoever works from elsewhere writes beside what is others'.
+      if (scope == FileAccess::Scope::anywhere || by_extension == request.format()) return request.format();
+      return make_error(
+          ErrorCode::permission_denied,
+          fmt::format("found the extension \"{}\" for {}, expected one of {} that fits the format", extension,
+                      v1::Export::Format_Name(request.format()), known_extensions),
+          "export.path");
     case v1::Export::FORMAT_BY_EXTENSION:
       break;
     default:
       return make_error(ErrorCode::invalid_argument, "found a format that does not exist", "export.format");
   }
-  std::string extension = fs::path(request.path()).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".step" || extension == ".stp") return v1::Export::STEP;
-  if (extension == ".iges" || extension == ".igs") return v1::Export::IGES;
-  if (extension == ".glb") return v1::Export::GLB;
-  if (extension == ".obj") return v1::Export::OBJ;
-  return make_error(
-      ErrorCode::unsupported,
-      fmt::format("found the extension \"{}\", expected .step, .stp, .iges, .igs, .glb or .obj", extension),
-      "export.path");
+  if (by_extension) return *by_extension;
+  return make_error(ErrorCode::unsupported,
+                    fmt::format("found the extension \"{}\", expected {}", extension, known_extensions),
+                    "export.path");
 }
 
 /// What is written, each kind ascending by id.
@@ -259,7 +279,7 @@ Result<Exported> export_document(const Document& document, const v1::Export& req
                                  const FileAccess& files) {
   auto path = files.to_write(request.path(), "export.path");
   if (!path) return path.error();
-  auto format = format_of(request);
+  auto format = format_of(request, files.scope);
   if (!format) return format.error();
   auto entities = chosen(document, request);
   if (!entities) return entities.error();

@@ -41,6 +41,21 @@ Result<fs::path> place(const std::string& path, const fs::path& folder, FileAcce
   return target;
 }
 
+/// By whatever links they are called.
+bool is_of(const fs::path& target, const fs::path& own) {
+  std::error_code failed;
+  const fs::path found = fs::weakly_canonical(target, failed);
+  if (failed) return true;  // Nothing is known of it.
+  const fs::path kept = fs::weakly_canonical(own, failed);
+  if (failed) return false;
+  const auto [kept_end, rest] = std::mismatch(kept.begin(), kept.end(), found.begin(), found.end());
+  if (kept_end == kept.end()) return true;
+  for (const char* beside : {"-wal", "-shm", "-journal", "-mark"}) {
+    if (found == kept.string() + beside) return true;
+  }
+  return fs::equivalent(found, kept, failed) && !failed;
+}
+
 // Default extent of imported strokes: what a hand reaches over the table without moving the arm.
 constexpr double default_box_m = 0.2;
 
@@ -166,7 +181,12 @@ Result<fs::path> FileAccess::to_read(const std::string& path, const std::string&
 }
 
 Result<fs::path> FileAccess::to_write(const std::string& path, const std::string& field) const {
-  return place(path, write_folder, scope, field);
+  auto placed = place(path, write_folder, scope, field);
+  if (placed &&
+      std::any_of(own.begin(), own.end(), [&](const fs::path& each) { return is_of(*placed, each); }))
+    return make_error(ErrorCode::permission_denied,
+                      "found a file of the server's own, expected one that is not", field);
+  return placed;
 }
 
 const exchange::CadKernel& FileAccess::cad_kernel() const {

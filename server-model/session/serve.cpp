@@ -98,12 +98,12 @@ struct Served {
   std::string name = ServerOptions().model_name;
 };
 
-Result<OpenedModel> open_file(const std::filesystem::path& path, const Logger& log) {
+Result<OpenedModel> open_file(const std::filesystem::path& path, const std::string& name, const Logger& log) {
   store::ModelStoreOptions store_options;
   store_options.now_ns = wall_clock_ns;
   auto opened = store::ModelStore::open(path, model::context_on_all_cores(), std::move(store_options));
   if (!opened) return make_error(opened.error().code, opened.error().message, "store");
-  log.with("model", path.stem().string())
+  log.with("model", name)
       .info("{}: {} operations, of which {} were replayed", path.string(), opened->model.sequence(),
             opened->replayed);
   return OpenedModel{std::move(opened->model), std::move(opened->store)};
@@ -112,7 +112,7 @@ Result<OpenedModel> open_file(const std::filesystem::path& path, const Logger& l
 /// As its file has it; a new one as the script leaves it.
 Result<Served> served_file(const ServeOptions& options, const std::filesystem::path& path, std::string name,
                            const Logger& log) {
-  auto opened = open_file(path, log);
+  auto opened = open_file(path, name, log);
   if (!opened) return opened.error();
   if (opened->model.sequence() != 0)
     return Served{std::move(opened->model), std::move(opened->store), std::move(name)};
@@ -121,7 +121,8 @@ Result<Served> served_file(const ServeOptions& options, const std::filesystem::p
   return Served{*std::move(model), std::move(opened->store), std::move(name)};
 }
 
-/// The first one by name that can be opened; of a folder without any a new one.
+/// The one called as that of a server without a folder; else the first one by name that can be opened; of a
+/// folder without any a new one.
 Result<Served> served_folder(const ServeOptions& options, const Logger& log) {
   const std::filesystem::path folder = options.models;
   std::error_code failed;
@@ -129,7 +130,11 @@ Result<Served> served_folder(const ServeOptions& options, const Logger& log) {
   if (failed)
     return make_error(ErrorCode::io, "cannot make \"" + options.models + "\": " + failed.message(), "models");
   std::vector<std::string> names = model_names_in(folder);
-  if (names.empty()) names.push_back(ServerOptions().model_name);
+  const std::string first = ServerOptions().model_name;
+  if (names.empty()) names.push_back(first);
+  // Whatever is made beside it, who names no model comes to the same one after a restart.
+  if (const auto at = std::find(names.begin(), names.end(), first); at != names.end())
+    std::rotate(names.begin(), at, at + 1);
   Result<Served> served = make_error(ErrorCode::not_found, "no model", "models");
   for (std::string& name : names) {
     const auto path = folder / (name + std::string(model_suffix));
@@ -205,6 +210,9 @@ class Session {
     gate_ = *std::move(gate);
     server_options.gate = gate_;
     server_options.files = options_.files;
+    for (const std::string& own : {options_.store, options_.models, options_.access, options_.report}) {
+      if (!own.empty()) server_options.files.own.emplace_back(own);
+    }
     server_options.actor.interaction = options_.interaction;
     server_options.actor.export_folder = options_.files.write_folder;
     server_options.actor.cad = options_.files.cad;
@@ -215,7 +223,9 @@ class Session {
       server_options.rooms.folder = options_.models;
       server_options.rooms.create = options_.create;
       server_options.rooms.close_after = options_.close_after;
-      server_options.rooms.open = [this](const std::filesystem::path& path) { return open_file(path, log_); };
+      server_options.rooms.open = [this](const std::filesystem::path& path) {
+        return open_file(path, path.stem().string(), log_);
+      };
       server_options.net.first_client_id += first_client_id_now();
     } else if (served.store) {
       // Ids of the log's clients never come again, or a new client would get an old one's answers.
@@ -394,11 +404,29 @@ class Session {
 
 }  // namespace
 
+namespace {
+
+/// What only another configuration mends: to start again, as service managers do, does not.
+bool is_of_configuration(const Error& error) {
+  switch (error.code) {
+    case ErrorCode::invalid_argument:
+      return true;
+    case ErrorCode::failed_precondition:
+      return error.field == "listen" || error.field == "people.local_users";
+    case ErrorCode::permission_denied:
+      return error.field == "endpoint" || error.field == "metrics";
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
 int serve(const ServeOptions& options, std::ostream& out) {
   const Logger log("modeld", options.log_level, options.log_format);
   const auto fail = [&](const Error& error) {
     log.error("{}", error.describe());
-    return 1;
+    return is_of_configuration(error) ? 2 : 1;
   };
   const SystemClock clock;
   net::ServiceManager service(clock);

@@ -56,7 +56,7 @@ struct ServeOptions {
 /// {"ready":true,"endpoints":["unix:...","tcp:127.0.0.1:41234"]}, with "metrics" where they are served, and
 /// tells systemd, whose sockets it takes besides or instead of its own. Blocks SIGTERM, SIGINT and SIGHUP, so
 /// call it before there are other threads. Returns the exit status: 0 stopped on request or at the end of a
-/// recording; 1 an error, told on standard error.
+/// recording; 1 an error, told on standard error; 2 one of the configuration.
 int serve(const ServeOptions& options, std::ostream& out);
 
 }  // namespace handloft::session

@@ -9,8 +9,11 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "server-model/session/remote_target.h"
 #include "tests/integration/server-model/session/session_peers.h"
@@ -91,6 +94,60 @@ TEST_F(ServeProcessTest, at_end_exit_ends_it_after_the_recording_with_all_of_it_
   const auto report = nlohmann::json::parse(std::ifstream(in_folder("report.json")));
   EXPECT_EQ(report["sequence"], 5);
   EXPECT_EQ(report["clients"], 1);
+}
+
+// A service manager starts again what failed (1), not what another configuration must mend (2).
+TEST_F(ServeProcessTest, mistakes_of_the_configuration_end_it_with_2) {
+  using Words = std::vector<std::string>;
+  const std::string here = "unix:" + in_folder("model.sock");
+  for (const Words& words :
+       {Words{"--listen", "carrier-pigeon:9"}, Words{"--listen", "tls:127.0.0.1:0"},
+        Words{"--listen", here, "--store", in_folder("a"), "--models", in_folder("b")},
+        Words{"--listen", "tcp:0.0.0.0:0"}, Words{"--listen", here, "--metrics", "tcp:0.0.0.0:0"},
+        Words{"--listen", here, "--people-local-users", "any"}}) {
+    Words all{HANDLOFT_MODELD, "serve"};
+    all.insert(all.end(), words.begin(), words.end());
+    test::Process server(all, in_folder("log"));
+    EXPECT_EQ(server.wait(patience), 2) << words.at(1) << " " << words.back() << server.error_output();
+  }
+}
+
+// Whatever models are made beside it, who names none comes to the same one (U3).
+TEST_F(ServeProcessTest, who_names_no_model_comes_to_main) {
+  const auto run = [&](const std::function<void(RemoteTarget&)>& with, const std::string& model) {
+    test::Process server({HANDLOFT_MODELD, "serve", "--listen", "unix:" + in_folder("model.sock"), "--models",
+                          in_folder("models")},
+                         in_folder("log"));
+    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+    RemoteTargetOptions where;
+    where.role = v1::ROLE_OWNER;
+    where.model = model;
+    auto target =
+        RemoteTarget::connect(*net::parse_endpoint("unix:" + in_folder("model.sock")), clock_, where);
+    ASSERT_TRUE(target.ok()) << target.error().describe();
+    with(*target);
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+  };
+  const auto create = [](const char* id) {
+    return [id](RemoteTarget& target) {
+      v1::Operation operation;
+      operation.mutable_create_dual_shape()->set_id(id);
+      const auto done = target.submit(operation);
+      EXPECT_TRUE(done.ok()) << done.error().describe();
+    };
+  };
+  run(create("first"), "");
+  run(create("other"), "Alpha");
+  run(
+      [](RemoteTarget& target) {
+        v1::Operation operation;
+        operation.mutable_rename()->set_entity("first");
+        operation.mutable_rename()->set_name("found");
+        const auto done = target.submit(operation);
+        EXPECT_TRUE(done.ok()) << done.error().describe();
+      },
+      "");
 }
 
 TEST_F(ServeProcessTest, a_failing_setup_script_ends_it_with_the_line) {

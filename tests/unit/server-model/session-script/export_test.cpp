@@ -153,6 +153,55 @@ TEST_F(Exporting, StaysWithinItsFolderWhereItMust) {
   EXPECT_EQ(export_document(document_, to("link/a.obj"), access).error().code, ErrorCode::permission_denied);
 }
 
+// Who works from elsewhere could else replace whatever lies in the folder, as the users' roles.
+TEST_F(Exporting, U2WritesNothingThatHasNotTheFormatsExtensionWhereItMustStay) {
+  FileAccess access = files();
+  access.scope = FileAccess::Scope::within_folders;
+  std::ofstream(folder_.path() / "people.sqlite") << "Ann, Bob";
+  for (const char* name : {"people.sqlite", "noextension", "a.obj"}) {
+    auto request = to(name);
+    request.set_format(v1::Export::STEP);
+    const auto result = export_document(document_, request, access);
+    ASSERT_FALSE(result.ok()) << name;
+    EXPECT_EQ(result.error().code, ErrorCode::permission_denied) << result.error().describe();
+    EXPECT_EQ(result.error().field, "export.path");
+  }
+  EXPECT_EQ(content(folder_.path() / "people.sqlite"), "Ann, Bob");
+  auto request = to("a.STP");
+  request.set_format(v1::Export::STEP);
+  EXPECT_TRUE(export_document(document_, request, access).ok());
+}
+
+TEST_F(Exporting, D1NobodyWritesOverFilesOfTheServersOwn) {
+  fs::create_directory(folder_.path() / "models");
+  fs::create_directory_symlink(folder_.path() / "models", folder_.path() / "link");
+  const fs::path store = folder_.path() / "seat.obj";
+  std::ofstream(store) << "a model";
+  fs::create_hard_link(store, folder_.path() / "again.obj");
+  fs::create_symlink(store, folder_.path() / "soft.obj");
+  for (const auto scope : {FileAccess::Scope::anywhere, FileAccess::Scope::within_folders}) {
+    FileAccess access = files();
+    access.scope = scope;
+    access.own = {store, folder_.path() / "models"};
+    for (const char* name : {"seat.obj", "./models/../seat.obj", "models/new.obj", "models/deep/new.obj",
+                             "link/new.obj", "again.obj", "soft.obj"}) {
+      const auto result = export_document(document_, to(name), access);
+      ASSERT_FALSE(result.ok()) << name;
+      EXPECT_EQ(result.error().code, ErrorCode::permission_denied) << result.error().describe();
+      EXPECT_EQ(result.error().field, "export.path");
+    }
+    for (const char* name : {"seat.obj-wal", "seat.obj-shm", "seat.obj-mark", "seat.obj-journal"}) {
+      auto request = to(name);
+      request.set_format(v1::Export::OBJ);
+      EXPECT_EQ(export_document(document_, request, access).error().code, ErrorCode::permission_denied)
+          << name;
+    }
+    EXPECT_TRUE(export_document(document_, to("seat2.obj"), access).ok());
+    EXPECT_TRUE(export_document(document_, to("models.obj"), access).ok());
+  }
+  EXPECT_EQ(content(store), "a model");
+}
+
 TEST_F(Exporting, ChangesNothingInTheModel) {
   LocalTarget target(files(), Model(document_));
   v1::Operation operation;
