@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "common/base/plain_text.h"
 #include "common/net/server_connection.h"
 
 namespace handloft::net {
@@ -255,7 +256,10 @@ Status ServerConnection::shake_hands() {
                       fmt::format("a name of more than {} bytes", max_name_bytes), "hello.name");
   }
   if (!v1::Role_IsValid(hello.role()) || hello.role() == v1::ROLE_UNSPECIFIED) {
-    return make_error(ErrorCode::invalid_argument, "expected subscriber, viewer or editor", "hello.role");
+    return make_error(ErrorCode::invalid_argument,
+                      fmt::format("found {}, expected subscriber, viewer, commenter, editor or owner",
+                                  static_cast<int>(hello.role())),
+                      "hello.role");
   }
   const std::vector<v1::Role>& roles = shared_->options.roles;
   if (!roles.empty() && std::find(roles.begin(), roles.end(), hello.role()) == roles.end()) {
@@ -275,9 +279,17 @@ Status ServerConnection::shake_hands() {
         fmt::format("found {} bytes, expected {} to {} or none", key_bytes, shortest_key, longest_key),
         "hello.client_key");
   }
-  peer_ = {hello.role(),    hello.program(), hello.name(),    hello.protocol_minor(),
-           hello.sent_ns(), received,        stream_->peer(), hello.client_key(),
-           origin_.uid,     origin_.address};
+  // Shown to others and logged: no lines of its own, and nothing that moves a cursor.
+  peer_ = {hello.role(),
+           plain_text(hello.program(), max_name_bytes),
+           plain_text(hello.name(), max_name_bytes),
+           hello.protocol_minor(),
+           hello.sent_ns(),
+           received,
+           stream_->peer(),
+           hello.client_key(),
+           origin_.uid,
+           origin_.address};
   if (shared_->events.admit) {
     const Result<Admission> admission = shared_->events.admit(peer_);
     if (!admission) return admission.error();

@@ -99,8 +99,8 @@ Status parse_envelope(std::span<const std::uint8_t> payload, v1::Envelope& envel
                       fmt::format("the frame's {} bytes are not an Envelope", payload.size()), "envelope");
   }
   if (envelope.body_case() == v1::Envelope::BODY_NOT_SET) {
-    return make_error(ErrorCode::unsupported,
-                      "a message of an unknown kind; this program speaks protocol 1.0", "envelope.body");
+    return make_error(ErrorCode::unsupported, "found a message without a body, or of a kind not known here",
+                      "envelope.body");
   }
   return {};
 }
