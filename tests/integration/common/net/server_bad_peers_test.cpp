@@ -142,6 +142,21 @@ TEST(BadPeers, ASecondHelloAndAHelloWithoutRoleAreRefused) {
   EXPECT_EQ(failure_and_end(without_role).field(), "hello.role");
 }
 
+// What a name says is logged and shown to others.
+TEST(BadPeers, ANameForgesNoLineAndMovesNoCursor) {
+  Server server;
+  RawPeer peer(server.endpoint());
+  v1::Envelope forged = hello();
+  forged.mutable_hello()->set_name("Ann\n2026-01-01 info \x1b[31mall is well");
+  forged.mutable_hello()->set_program("pen\r\x07 1");
+  peer.send(forged);
+  const auto welcome = peer.receive();
+  ASSERT_TRUE(welcome->has_welcome());
+  const ConnectionPtr connection = server.connection(welcome->welcome().client_id());
+  EXPECT_EQ(connection->peer().name, "Ann 2026-01-01 info  [31mall is well");
+  EXPECT_EQ(connection->peer().program, "pen   1");
+}
+
 TEST(BadPeers, AHalfOpenClientIsClosedAfterTheTimeout) {
   Server server({.options = {.hello_timeout = std::chrono::milliseconds(50)}});
   RawPeer silent(server.endpoint());
