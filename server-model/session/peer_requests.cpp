@@ -162,11 +162,13 @@ void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
   const std::uint64_t request = message.request();
   const RoomPtr room = room_of(*peer);
   const v1::Role role = role_of(*peer, *room);
-  Status may = gate_->check(peer->user, room->name, role, v1::Envelope::kSubmit);
+  Status may;
+  // The operation first, so that a refusal names the role that it needs, not the one that any needs.
   // Whose a comment is only the model's thread knows for sure.
   // An operation without a body is its to refuse as well.
-  if (may && message.operation().body_case() != v1::Operation::BODY_NOT_SET)
+  if (message.operation().body_case() != v1::Operation::BODY_NOT_SET)
     may = gate_->check(peer->user, room->name, role, message.operation(), access::Ownership::own);
+  if (may) may = gate_->check(peer->user, room->name, role, v1::Envelope::kSubmit);
   v1::Operation operation = message.operation();
   operation.set_client_id(peer->id);
   const std::size_t bytes = message.ByteSizeLong();

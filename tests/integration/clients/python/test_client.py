@@ -124,6 +124,7 @@ class OnAServer(ConnectedTest):
         with self.assertRaises(handloft.Refused) as caught:
             viewer.dual_shape("x")
         self.assertEqual(caught.exception.code, "permission_denied")
+        self.assertEqual(caught.exception.message, "viewer may not do create_dual_shape, expected editor")
 
     def compare_with_older_viewer(self, surface):
         """One that knows no residuals (or has no zstandard) is sent the same numbers otherwise."""

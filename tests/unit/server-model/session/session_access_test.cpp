@@ -87,6 +87,24 @@ TEST_F(SessionAccessTest, ACommenterCommentsAndShapesNothing) {
   EXPECT_EQ(outcome(viewer, comment("c2")), "permission_denied") << "no more than it asked for";
 }
 
+// What to ask the owner for: not less than what the operation needs.
+TEST_F(SessionAccessTest, ARefusalNamesTheRoleThatTheOperationNeeds) {
+  const auto viewer = come(ann_uid, v1::ROLE_VIEWER), editor = come(our_uid, v1::ROLE_EDITOR);
+  const auto refusal = [this](const ConnectionPtr& of, const v1::Operation& operation) {
+    const v1::Failure failure = ack(of, submit(of, operation)).failure();
+    return failure.code() + ", " + failure.field() + ": " + failure.message();
+  };
+  v1::Operation rename, version;
+  rename.mutable_rename()->set_entity("top");
+  version.mutable_delete_version()->set_name("first");
+  const std::string code = "permission_denied, role: ";
+  EXPECT_EQ(refusal(viewer, rename), code + "viewer may not do rename, expected editor");
+  EXPECT_EQ(refusal(viewer, comment("c1")), code + "viewer may not do add_comment, expected commenter");
+  EXPECT_EQ(refusal(viewer, version), code + "viewer may not do delete_version, expected owner");
+  EXPECT_EQ(refusal(editor, version), code + "editor may not do delete_version, expected owner");
+  EXPECT_EQ(refusal(viewer, v1::Operation()), code + "viewer may not send submit, expected commenter");
+}
+
 TEST_F(SessionAccessTest, ACommentIsItsAuthorsByName) {
   const auto ann = come(ann_uid, v1::ROLE_COMMENTER), bob = come(bob_uid, v1::ROLE_COMMENTER);
   ASSERT_EQ(outcome(ann, comment("c1")), "");
