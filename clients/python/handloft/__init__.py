@@ -7,7 +7,7 @@
 README.md has the rest.
 """
 
-from handloft.errors import ConnectionLost, HandloftError, ProtocolError, Refused, ServerClosed, Timeout
+from handloft.errors import ConnectionLost, HandloftError, NotAdmitted, ProtocolError, Refused, ServerClosed, Timeout
 from handloft.model import Model, Outcome, connect, new_client_key
 from handloft.scene import Change, Entity, Scene, Surface
 from handloft.shapes import DualShape
@@ -20,6 +20,7 @@ __all__ = [
     "Entity",
     "HandloftError",
     "Model",
+    "NotAdmitted",
     "Outcome",
     "ProtocolError",
     "Refused",

@@ -80,6 +80,8 @@ class Connection:
         self._waiting = {}
         self._next_request = 1
         self._error = None
+        self._join_answered = threading.Event()  # or the end has come
+        self.admitted = False
         self._decoder = Decoder()
         self._wake_read, self._wake_write = os.pipe()
         deadline = time.monotonic() + timeout
@@ -127,6 +129,13 @@ class Connection:
         if waiting.again:
             return None, True
         raise self._error
+
+    def wait_admitted(self, timeout):
+        """After a Join was sent, until the server has taken us in. ServerClosed when it does not; Timeout, ConnectionLost."""
+        if not self._join_answered.wait(timeout):
+            raise Timeout("the server has not answered to the join within the time")
+        if not self.admitted:
+            raise self._error
 
     def send(self, envelope, timeout):
         frame = encode(envelope)
@@ -268,6 +277,10 @@ class Connection:
             raise ServerClosed(envelope.failure.code, envelope.failure.field, envelope.failure.message)
         else:
             self._on_message(envelope)
+            # A server before 1.2 knows no Joined: its answer is the scene.
+            if kind in ("joined", "snapshot", "delta") and not self.admitted:
+                self.admitted = True
+                self._join_answered.set()
 
     def _reason_to_end(self, problem):
         """Of a failed send. The server may have said why, and the reading thread is about to find it."""
@@ -288,6 +301,7 @@ class Connection:
             waiting = list(self._waiting.values())
         for one in waiting:
             one.event.set()
+        self._join_answered.set()
         if not ours:
             self._on_lost(self, error)
 

@@ -11,7 +11,7 @@ import time
 from handloft import messages
 from handloft.connection import Connection
 from handloft.endpoint import default_endpoint
-from handloft.errors import ConnectionLost, HandloftError, ProtocolError, Refused, ServerClosed, Timeout
+from handloft.errors import ConnectionLost, HandloftError, NotAdmitted, ProtocolError, Refused, ServerClosed, Timeout
 from handloft.scene import Change, Scene
 from handloft.shapes import DualShape, add_point_messages
 
@@ -40,12 +40,19 @@ def connect(endpoint=None, **options):
 
 
 def _worth_another_try(lost):
-    """Whether the server might take us again: one that stops comes back, one that knows us no more does not."""
+    """Whether the server might take us again: one that stops comes back, who was asleep too long may go on, who is no
+    longer known may not."""
     if not isinstance(lost, ServerClosed):
         return not isinstance(lost, ProtocolError)
     if lost.field == "hello.client_key":
         return False  # the same client has connected anew; the two would close each other for ever
-    return lost.code in ("unavailable", "resource_exhausted", "cancelled")
+    return lost.code in ("unavailable", "resource_exhausted", "cancelled", "timeout")
+
+
+def _refusal(closed):
+    """What connect() and join() raise when the server has ended the connection: whether that was about us."""
+    about_us = closed.code not in ("cancelled", "timeout")  # else it stops, or has not heard of us in time
+    return NotAdmitted(closed.code, closed.field, closed.message) if about_us else closed
 
 
 class Outcome:
@@ -65,7 +72,8 @@ class Model:
 
     endpoint      "unix:PATH", "tcp:HOST:PORT" or "tls:HOST:PORT"
     model         which of the server's; empty: its first
-    role          "viewer", "commenter", "editor" or "owner": what to ask for; the server may give less
+    role          "viewer", "commenter", "editor" or "owner": what to ask for. Whose user is less there may not join; who
+                  does not join does what both allow
     name          what others see
     client_key    new_client_key() of an earlier time: to be the same client again, with its undo; else a new one
     credentials   for tls: the folder of a paired server; else it is looked for among those of this user
@@ -107,7 +115,10 @@ class Model:
         self._whole, self._changed, self._removed = False, {}, {}
         self._presences, self._lost, self._capture_ns, self._anything = {}, None, 0, False
         self._first_scene, self._ever_scene = True, False
-        self._connection = self._new_connection(time.monotonic() + timeout)
+        try:
+            self._connection = self._new_connection(time.monotonic() + timeout)
+        except ServerClosed as closed:
+            raise _refusal(closed) from None
         if model:  # who has not joined means the server's first one
             try:
                 self.join()
@@ -140,7 +151,7 @@ class Model:
 
     @property
     def role(self):
-        """What this client may do; known after join() or watch()."""
+        """What this client may do; known after join() and what joins, else ""."""
         return messages.name_of(messages.ROLES, self._join_facts.role) if self._join_facts else ""
 
     def _new_connection(self, deadline):
@@ -166,7 +177,7 @@ class Model:
                 try:
                     self._connection = self._new_connection(deadline)
                     if self._joined:
-                        self._send_join(self._connection)
+                        self._send_join(self._connection, deadline)
                 except ServerClosed as error:
                     if not _worth_another_try(error) or time.monotonic() + pause > deadline:
                         raise
@@ -360,20 +371,44 @@ class Model:
     # --- what others see
 
     def join(self):
-        """From now on the server sends the scene; watch() calls this by itself."""
-        with self._live:
-            if not self._joined:
-                self._joined = True
-                self._send_join(self._live_connection(time.monotonic() + self.timeout))
+        """Comes to the model: from now on the server sends the scene, and the others see who is there.
 
-    def _send_join(self, connection):
+        watch(), people(), lease() and connect(model=...) do this by themselves. NotAdmitted when the server has no such
+        model or this user may less on it than `role`: then one has not come, and what needs no join goes on.
+        """
+        deadline = time.monotonic() + self.timeout
+        pause = RECONNECT_FIRST_S
+        while True:
+            try:
+                with self._live:
+                    if self._joined and self._connection.admitted:
+                        return  # A connection that was lost since is made again, and joins, when it is needed.
+                    connection = self._live_connection(deadline)
+                    if not self._joined:
+                        self._send_join(connection, deadline)
+                        self._joined = True
+                return connection.wait_admitted(max(0.0, deadline - time.monotonic()))
+            except ConnectionLost as lost:
+                again = self._reconnect and not self._closed and _worth_another_try(lost)
+                if not again or time.monotonic() + pause > deadline:
+                    if not isinstance(lost, ServerClosed):
+                        raise
+                    refusal = _refusal(lost)
+                    if isinstance(refusal, NotAdmitted):
+                        # Without a name, what needs no join still means the first model; else it would mean another.
+                        self._joined, self._join_facts = bool(self.model), None
+                    raise refusal from None
+                time.sleep(pause)
+                pause = min(2 * pause, RECONNECT_MOST_S)
+
+    def _send_join(self, connection, deadline):
         envelope = messages.Envelope()
         envelope.join.model = self.model
         with self._watch:
             self._first_scene = True
             if self._scene.epoch and connection.welcome.protocol_minor >= MINOR_WITH_CLIENT_KEYS:
                 self._scene._held(envelope.join)
-        connection.send(envelope, self.timeout)
+        connection.send(envelope, max(0.0, deadline - time.monotonic()))
 
     def watch(self, timeout=None):
         """Yields a Change whenever the scene has changed, the first with all of it, until close().
@@ -396,10 +431,12 @@ class Model:
                 elif self._closed:
                     return
                 else:
-                    lost, self._lost = self._lost, None
+                    (connection, lost), self._lost = self._lost, None
             if change is not None:
                 yield change
-            elif not self._reconnect or isinstance(lost, ProtocolError):
+            elif connection is not self._connection:
+                pass  # There is a newer one already.
+            elif not self._reconnect or not _worth_another_try(lost):
                 raise lost
             else:
                 self._live_connection(time.monotonic() + self.timeout)
@@ -457,5 +494,5 @@ class Model:
 
     def _on_lost(self, connection, error):
         with self._watch:
-            self._lost = error
+            self._lost = connection, error
             self._watch.notify_all()

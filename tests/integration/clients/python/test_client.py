@@ -203,6 +203,154 @@ class OnAServer(ConnectedTest):
                 handloft.Model(bad)
 
 
+class Joining(ServerTest):
+    """join() says whether the server has taken one in, and what has not come in goes on."""
+
+    def connect(self, endpoint, **options):
+        model = handloft.connect(endpoint, timeout=PATIENCE, **options)
+        self.addCleanup(model.close)
+        return model
+
+    def fake(self, behave):
+        server = FakeServer(self.folder, behave)
+        self.addCleanup(server.close)
+        return server
+
+    @staticmethod
+    def say(peer, kind, **fields):
+        envelope = messages.Envelope()
+        getattr(envelope, kind).SetInParent()
+        for name, value in fields.items():
+            setattr(getattr(envelope, kind), name, value)
+        peer.send(envelope)
+
+    def test_a_role_that_is_not_had_is_refused_by_join_itself(self):
+        server = self.serve(endpoint="tcp:127.0.0.1:0")  # whose users are editors
+        model = self.connect(server.endpoint, role="owner")
+        for come in (model.join, model.people, lambda: next(model.watch()), lambda: model.lease("a").__enter__()):
+            with self.assertRaises(handloft.Refused) as refused:
+                come()
+            self.assertIsInstance(refused.exception, handloft.NotAdmitted)
+            self.assertIsInstance(refused.exception, handloft.ServerClosed)  # as it was before
+            self.assertEqual((refused.exception.code, refused.exception.field), ("permission_denied", "hello.role"))
+            self.assertEqual(refused.exception.message, '"tcp" is editor of "main" and cannot come as owner')
+            self.assertEqual(model.role, "")
+        # It has not come, and does what an editor does.
+        model.dual_shape("a")
+        self.assertEqual([one["id"] for one in model.entities()], ["a"])
+        editor = self.connect(server.endpoint)
+        editor.join()
+        self.assertEqual(editor.role, "editor")
+        self.assertEqual(len(editor.people()), 1)
+
+    def test_a_model_that_is_not_there_and_another_version_are_refusals(self):
+        self.serve()
+        with self.assertRaises(handloft.Refused) as refused:
+            handloft.connect(self.endpoint, model="elsewhere", timeout=PATIENCE)
+        self.assertEqual(refused.exception.code, "not_found")
+        self.assertIn("elsewhere", refused.exception.message)
+        with self.assertRaises(handloft.Refused) as refused, mock.patch.object(connection, "PROTOCOL_MAJOR", 9):
+            handloft.connect(self.endpoint, timeout=PATIENCE)
+        self.assertEqual(refused.exception.code, "unsupported")
+
+    def test_an_end_without_words_is_no_refusal(self):
+        def behave(peer, _):
+            peer.welcome()
+            peer.receive()
+
+        server = self.fake(behave)
+        model = self.connect(server.endpoint, reconnect=False)
+        with self.assertRaises(handloft.ConnectionLost) as lost:
+            model.join()
+        self.assertNotIsInstance(lost.exception, handloft.Refused)
+
+    def test_a_server_that_stops_is_no_refusal_and_is_joined_when_it_is_back(self):
+        def behave(peer, number):
+            peer.welcome()
+            peer.receive()
+            if number < 2:
+                self.say(peer, "failure", code="cancelled", message="the server stops", closing=True)
+            else:
+                self.say(peer, "joined", role=messages.ROLES["editor"])
+            peer.until_end()
+
+        server = self.fake(behave)
+        with self.assertRaises(handloft.ServerClosed) as closed:
+            self.connect(server.endpoint, reconnect=False).join()
+        self.assertNotIsInstance(closed.exception, handloft.Refused)
+        model = self.connect(server.endpoint)
+        model.join()
+        self.assertEqual(model.role, "editor")
+        self.assertEqual(server.problems, [])
+
+    def test_no_answer_costs_the_timeout(self):
+        server = self.fake(lambda peer, _: (peer.welcome(), peer.until_end()))
+        with handloft.connect(server.endpoint, timeout=0.3) as model, self.assertRaises(handloft.Timeout):
+            model.join()
+
+    def test_a_server_of_an_earlier_version_answers_with_the_scene(self):
+        def behave(peer, _):
+            peer.welcome(minor=1)
+            peer.receive()
+            self.say(peer, "snapshot", epoch=1)
+            peer.until_end()
+
+        model = self.connect(self.fake(behave).endpoint)
+        model.join()
+        self.assertEqual(model.role, "")
+
+    def test_who_was_refused_and_is_let_in_later_watches(self):
+        def behave(peer, number):
+            peer.welcome()
+            peer.receive()
+            if number == 0:
+                self.say(peer, "failure", code="permission_denied", message="you may not", closing=True)
+            else:
+                self.say(peer, "joined", role=messages.ROLES["editor"])
+                self.say(peer, "snapshot", epoch=1)
+            peer.until_end()
+
+        model = self.connect(self.fake(behave).endpoint)
+        with self.assertRaises(handloft.NotAdmitted):
+            model.join()
+        self.assertTrue(next(model.watch(timeout=PATIENCE)).whole)
+
+    def test_what_has_a_name_never_means_the_first_model(self):
+        joins = []
+
+        def behave(peer, number):
+            peer.welcome()
+            first = peer.receive()
+            joins.append(first.WhichOneof("body"))
+            if number == 0:
+                self.say(peer, "joined", role=messages.ROLES["editor"])
+                peer.receive()
+                return  # the connection is lost, and by now the role as well
+            self.say(peer, "failure", code="permission_denied", message="you may not", closing=True)
+            peer.until_end()
+
+        model = self.connect(self.fake(behave).endpoint, model="seat")
+        for ask in (model.hash, model.hash, model.people, model.hash):
+            with self.assertRaises(handloft.ServerClosed) as closed:
+                ask()
+            self.assertEqual(closed.exception.code, "permission_denied")
+        self.assertEqual(set(joins), {"join"})
+
+    def test_a_watch_whose_client_has_come_anew_elsewhere_ends(self):
+        self.serve()
+        key = handloft.new_client_key()
+        before = self.connect(self.endpoint, client_key=key)
+        changes = before.watch(timeout=PATIENCE)
+        next(changes)
+        after = self.connect(self.endpoint, client_key=key)
+        after.join()
+        with self.assertRaises(handloft.ServerClosed) as closed:
+            for _ in changes:
+                pass
+        self.assertEqual(closed.exception.field, "hello.client_key")
+        self.assertEqual(after.entities(), [])
+
+
 class SameOperations(ServerTest):
     """From a file, from standard input, over the socket by either client: one model."""
 
@@ -458,6 +606,9 @@ class Lost(ServerTest):
         def behave(peer, _):
             peer.welcome()
             self.assertEqual(peer.receive().WhichOneof("body"), "join")
+            joined = messages.Envelope()
+            joined.joined.epoch = 1
+            peer.send(joined)
             first = messages.Envelope()
             first.people.people.add(client_id=8, name="Ann")
             peer.send(first)
