@@ -1,7 +1,6 @@
 """The protocol's messages, as protoc has them, and how Python's values become fields."""
 
-from google.protobuf import json_format
-
+from handloft import fields
 from handloft._proto import operation_pb2, query_pb2, scene_pb2, session_pb2  # noqa: F401
 from handloft.errors import Refused
 
@@ -32,25 +31,30 @@ def vec3(message, values):
     message.x, message.y, message.z = float(x), float(y), float(z)
 
 
-def parse(message, json_object, field):
-    """Protobuf's JSON form as a dict; an unknown field or a wrong type is Refused by name."""
-    try:
-        return json_format.ParseDict(json_object, message)
-    except (json_format.ParseError, ValueError, TypeError) as problem:
-        raise Refused("invalid_argument", field, str(problem)) from problem
-
-
 def operation_of(what):
     """An Operation of one, or of a dict in its JSON form: {"rename": {"entity": "top", "name": "Lid"}}."""
+    operation = Operation()
     if isinstance(what, Operation):
-        operation = Operation()
         operation.CopyFrom(what)
-        return operation
-    return parse(Operation(), what, "operation")
+    else:
+        _fill(operation, what, "operation")
+    return operation
 
 
 def query_of(what):
-    return what if isinstance(what, Query) else parse(Query(), what, "query")
+    """A Query of one, or of a dict in its JSON form: {"surface": {"entity": "top"}}."""
+    if isinstance(what, Query):
+        return what
+    query = Query()
+    _fill(query, what, "query")
+    return query
+
+
+def _fill(message, what, called):
+    """Errors are told from inside on, as the server does: "fit.degree", not "operation.fit.degree"."""
+    if not isinstance(what, dict):
+        raise Refused("invalid_argument", called, "found %s, expected a dict or a message" % fields.shown(what))
+    fields.fill(message, what)
 
 
 def plain(message):

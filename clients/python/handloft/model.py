@@ -8,7 +8,7 @@ import secrets
 import threading
 import time
 
-from handloft import messages
+from handloft import fields, messages
 from handloft.connection import Connection
 from handloft.endpoint import default_endpoint
 from handloft.errors import ConnectionLost, HandloftError, NotAdmitted, ProtocolError, Refused, ServerClosed, Timeout
@@ -234,9 +234,9 @@ class Model:
         # Exports change nothing, so that they may be asked for twice.
         return Outcome(self._exchange(make, message.WhichOneof("body") == "export", timeout))
 
-    def do(self, operation, /, **fields):
+    def do(self, operation, /, **members):
         """The operation of this name with these fields: model.do("rename", entity="top", name="Lid")."""
-        return self.submit({operation: fields})
+        return self.submit({operation: members})
 
     def ask(self, query, *, timeout=None):
         """The answer to a query, a dict {"surface": {"entity": "top"}} or a message: a QueryResult's body."""
@@ -250,9 +250,9 @@ class Model:
         kind = result.WhichOneof("body")
         return getattr(result, kind) if kind else None
 
-    def query(self, what, /, **fields):
+    def query(self, what, /, **members):
         """The answer as a dict: model.query("surface", entity="top")["degree"]."""
-        return messages.plain(self.ask({what: fields}))
+        return messages.plain(self.ask({what: members}))
 
     # --- the model
 
@@ -288,10 +288,10 @@ class Model:
 
     def add_points(self, identifier, points, pressure=1.0, **options):
         operation = messages.Operation()
-        operation.add_points.entity = identifier
+        fields.fill(operation.add_points, {"entity": identifier}, "add_points")
         add_point_messages(operation.add_points.points, points, pressure)
         if options:
-            messages.parse(operation.add_points, options, "add_points")
+            fields.fill(operation.add_points, options, "add_points")
         return self.submit(operation)
 
     # --- versions and comments (U6)

@@ -6,7 +6,7 @@ import re
 
 from google.protobuf import json_format
 
-from handloft import messages
+from handloft import fields, messages
 from handloft.errors import HandloftError, Refused
 
 MAX_LINE_BYTES = 256 << 20
@@ -101,7 +101,8 @@ class Runner:
     def _ask(self, query, field):
         if not isinstance(query, dict):
             _refuse("invalid_argument", field, "found no object, expected one")
-        message = messages.parse(messages.Query(), query, field)
+        message = messages.Query()
+        fields.fill(message, query, field)
         answer = self.model.ask(message)
         kind = message.WhichOneof("body") or ""
         return {_camel(kind): _json_of(answer)} if answer is not None else {}

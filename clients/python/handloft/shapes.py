@@ -2,6 +2,7 @@
 
 from handloft import messages
 from handloft.errors import Refused
+from handloft.fields import shown
 from handloft.scene import numpy, rows
 
 
@@ -10,7 +11,10 @@ def add_point_messages(to, points, pressure):
     rows = points.tolist() if hasattr(points, "tolist") else points
     each = pressure.tolist() if hasattr(pressure, "tolist") else pressure
     rows = list(rows)
-    each = [float(each)] * len(rows) if isinstance(each, (int, float)) else [float(one) for one in each]
+    try:
+        each = [float(each)] * len(rows) if isinstance(each, (int, float)) else [float(one) for one in each]
+    except (TypeError, ValueError):
+        raise Refused("invalid_argument", "pressure", "found %s, expected a number, or one a point" % shown(pressure)) from None
     if len(each) != len(rows):
         raise Refused("invalid_argument", "pressure", "found %d, expected %d, one a point" % (len(each), len(rows)))
     for i, (row, weight) in enumerate(zip(rows, each)):

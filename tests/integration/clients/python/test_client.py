@@ -97,8 +97,12 @@ class OnAServer(ConnectedTest):
         before = model.hash()
         for bad, code, field in (
             (lambda: model.do("fit", entity="nobody"), "not_found", "fit.entity"),
-            (lambda: model.do("no_such_operation"), "invalid_argument", "operation"),
-            (lambda: model.do("rename", entity=3), "invalid_argument", "operation"),
+            (lambda: model.do("no_such_operation"), "invalid_argument", "no_such_operation"),
+            (lambda: model.do("rename", entity=3), "invalid_argument", "rename.entity"),
+            (lambda: model.query("surface", entty="top"), "invalid_argument", "surface.entty"),
+            (lambda: model.add_points(3, [(0, 0, 0)]), "invalid_argument", "add_points.entity"),
+            (lambda: model.add_points("x", [(0, 0, 0)], strke=1), "invalid_argument", "add_points.strke"),
+            (lambda: model.add_points("x", [(0, 0, 0)], pressure="high"), "invalid_argument", "pressure"),
             (lambda: model.query("surface", entity="nobody"), "not_found", "surface.entity"),
             (lambda: model.add_points("x", [(0, 0)]), "invalid_argument", "points[0]"),
             (lambda: model.add_points("x", [(0, 0, 0)], pressure=[1, 1]), "invalid_argument", "pressure"),
