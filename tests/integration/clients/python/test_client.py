@@ -454,6 +454,12 @@ class Together(ConnectedTest):
                 with bob.lease("seat"):
                     pass
             self.assertTrue(caught.exception.message)
+            with self.assertRaises(handloft.Refused) as caught:
+                bob.shape("seat").move((0, 0, 0.01))
+            self.assertEqual(caught.exception.code, "failed_precondition")
+            self.assertIn("Ann", caught.exception.message)
+            bob.shape("seat").rename("Bob's")  # which is no shaping
+        bob.shape("seat").move((0, 0, 0.01))
         with bob.lease("seat") as seat:
             seat.add_points([(0, 0, 1)])
 
