@@ -51,6 +51,16 @@ class OnAServer(ConnectedTest):
         other = self.connect(name="Bob", role="viewer")
         self.assertEqual([(one["name"], one["role"]) for one in other.people()], [("Ann", "editor"), ("Bob", "viewer")])
 
+    def test_who_only_asks_is_not_among_the_people(self):
+        ann, script = self.connect(name="Ann"), self.connect(name="A script")
+        script.dual_shape("a")
+        self.assertEqual(script.query("people")["people"], [])
+        self.assertEqual([one["name"] for one in ann.people()], ["Ann"])
+        self.assertEqual([one["people"] for one in script.models()], [1])
+        script.join()
+        self.assertEqual([one["name"] for one in ann.people()], ["Ann", "A script"])
+        self.assertEqual([one["people"] for one in script.models()], [2])
+
     def test_a_user_without_a_name_is_called_by_number(self):
         with mock.patch("getpass.getuser", side_effect=KeyError("getpwuid(): uid not found: 4711")):
             model = self.connect()
