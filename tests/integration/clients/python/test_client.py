@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -266,6 +267,35 @@ class Joining(ServerTest):
         with self.assertRaises(handloft.Refused) as refused, mock.patch.object(connection, "PROTOCOL_MAJOR", 9):
             handloft.connect(self.endpoint, timeout=PATIENCE)
         self.assertEqual(refused.exception.code, "unsupported")
+
+    def test_over_tls_a_paired_device_is_refused_what_its_user_is_not_and_all_when_revoked(self):
+        people = os.path.join(self.folder, "people.sqlite")
+
+        def command(*words):
+            environment = dict(os.environ, XDG_CONFIG_HOME=self.folder)
+            return subprocess.run([MODELD, *words], stdout=subprocess.PIPE, check=True, text=True, timeout=PATIENCE,
+                                  env=environment).stdout
+
+        server = self.serve("--access", people, endpoint="tls:127.0.0.1:0")
+        invited = command("invite", "--access", people, "--name", "Ann", "--role", "editor")
+        command("pair", re.search(r"\w{5}(-\w{5}){7}", invited).group(), "--connect", server.endpoint)
+        servers = os.path.join(self.folder, "handloft", "servers")
+        credentials = os.path.join(servers, os.listdir(servers)[0])
+        model = self.connect(server.endpoint, credentials=credentials)
+        changes = model.watch(timeout=PATIENCE)
+        next(changes)
+        self.assertEqual([(one["user"], one["role"]) for one in model.people()], [("Ann", "editor")])
+        with self.assertRaises(handloft.NotAdmitted) as refused:
+            self.connect(server.endpoint, credentials=credentials, role="owner").join()
+        self.assertEqual(refused.exception.message, '"Ann" is editor of "main" and cannot come as owner')
+        command("revoke", "--access", people, "Ann")
+        with self.assertRaises(handloft.ServerClosed) as closed:
+            for _ in changes:
+                pass
+        self.assertEqual(closed.exception.message, "your access to this server was revoked")
+        with self.assertRaises(handloft.NotAdmitted) as refused:
+            self.connect(server.endpoint, credentials=credentials)
+        self.assertEqual((refused.exception.code, refused.exception.field), ("permission_denied", "user"))
 
     def test_an_end_without_words_is_no_refusal(self):
         def behave(peer, _):
