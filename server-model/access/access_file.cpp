@@ -109,6 +109,17 @@ Status check_format(const store::Database& database, const fs::path& path) {
 
 }  // namespace
 
+std::string in_words(const Withdrawn& taken) {
+  const std::pair<int, std::string_view> kinds[] = {
+      {taken.devices, "device"}, {taken.roles, "role"}, {taken.invitations, "invitation"}};
+  std::string words;
+  for (const auto& [count, kind] : kinds) {
+    if (count > 0)
+      words += fmt::format("{}{} {}{}", words.empty() ? "" : ", ", count, kind, count == 1 ? "" : "s");
+  }
+  return words.empty() ? "nothing" : words;
+}
+
 AccessFile::AccessFile(store::Database database, net::CertificateAuthority authority, std::string fingerprint)
     : database_(std::move(database)),
       authority_(std::move(authority)),
@@ -260,28 +271,44 @@ Status AccessFile::set_role(const std::string& user, const std::string& model, v
       event, now_s);
 }
 
-Status AccessFile::revoke_user(const std::string& user, Seconds now_s) {
-  return change(
-      [&]() -> Status {
-        store::Statement there = database_.prepare("SELECT 1 FROM users WHERE name = ?1");
-        there.bind(1, user);
-        if (there.step() != Step::row)
-          return make_error(ErrorCode::not_found, fmt::format("there is no user \"{}\"", plain(user)),
-                            "user");
-        there.reset();
-        for (const char* sql : {"UPDATE users SET revoked_s = ?2 WHERE name = ?1",
-                                "UPDATE devices SET revoked_s = ?2 WHERE user = ?1 AND revoked_s = 0"}) {
-          store::Statement statement = database_.prepare(sql);
-          if (!statement.bind(1, user).bind(2, now_s).run()) return database_.error(sql);
-        }
-        for (const char* sql :
-             {"DELETE FROM roles WHERE user = ?1", "DELETE FROM invitations WHERE user = ?1"}) {
-          store::Statement statement = database_.prepare(sql);
-          if (!statement.bind(1, user).run()) return database_.error(sql);
-        }
-        return {};
-      },
-      {AuditKind::revocation, user}, now_s);
+Result<int> AccessFile::change_rows(const std::string& sql, std::initializer_list<std::string_view> texts) {
+  store::Statement statement = database_.prepare(sql);
+  int place = 0;
+  for (const std::string_view text : texts) statement.bind(++place, text);
+  if (!statement.run()) return database_.error(sql);
+  const auto rows = database_.integer("SELECT changes()");
+  if (!rows) return rows.error();
+  return static_cast<int>(*rows);
+}
+
+Result<Withdrawn> AccessFile::revoke_user(const std::string& user, Seconds now_s) {
+  Withdrawn taken;
+  AuditEvent event{AuditKind::revocation, user};
+  const auto take = [&]() -> Status {
+    store::Statement there = database_.prepare("SELECT 1 FROM users WHERE name = ?1");
+    const bool is_known = there.bind(1, user).step() == Step::row;
+    there.reset();
+    int users = 0;
+    const std::pair<int*, std::string> steps[] = {
+        {&users, fmt::format("UPDATE users SET revoked_s = {} WHERE name = ?1 AND revoked_s = 0", now_s)},
+        {&taken.devices,
+         fmt::format("UPDATE devices SET revoked_s = {} WHERE user = ?1 AND revoked_s = 0", now_s)},
+        {&taken.roles, "DELETE FROM roles WHERE user = ?1"},
+        {&taken.invitations, "DELETE FROM invitations WHERE user = ?1"}};
+    for (const auto& [count, sql] : steps) {
+      const auto rows = change_rows(sql, {user});
+      if (!rows) return rows.error();
+      *count = *rows;
+    }
+    taken.user = users > 0;
+    if (!is_known && taken.devices + taken.roles + taken.invitations == 0)
+      return make_error(ErrorCode::not_found,
+                        fmt::format("there is neither a user nor an invitation \"{}\"", plain(user)), "user");
+    event.detail = in_words(taken);
+    return {};
+  };
+  if (const Status done = change(take, event, now_s); !done) return done.error();
+  return taken;
 }
 
 Result<Device> AccessFile::revoke_device(const std::string& fingerprint, Seconds now_s) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -75,6 +76,17 @@ struct PairedDevice {
   std::string model;
 };
 
+/// What a revocation has taken from somebody.
+struct Withdrawn {
+  bool user = false;  ///< A user until then; false: revoked before, or never one.
+  int devices = 0;
+  int roles = 0;
+  int invitations = 0;
+};
+
+/// "2 devices, 1 role, 1 invitation"; "nothing".
+std::string in_words(const Withdrawn& taken);
+
 /// Wrong secrets with the right number, after which an invitation is void.
 inline constexpr int attempts_per_invitation = 5;
 
@@ -105,8 +117,9 @@ class AccessFile {
   /// ROLE_UNSPECIFIED takes the role away. A name that nobody has becomes a user, for people of this host.
   /// Errors: invalid_argument.
   Status set_role(const std::string& user, const std::string& model, v1::Role role, Seconds now_s);
-  /// A user with all devices, roles and invitations. Errors: not_found.
-  Status revoke_user(const std::string& user, Seconds now_s);
+  /// A user with all devices, roles and invitations; also somebody who is only invited. Errors: not_found for
+  /// a name that has none of these.
+  Result<Withdrawn> revoke_user(const std::string& user, Seconds now_s);
   /// By the fingerprint or its beginning of 8 digits or more. Returns the device. Errors: not_found;
   /// invalid_argument when several begin so.
   Result<Device> revoke_device(const std::string& fingerprint, Seconds now_s);
@@ -130,6 +143,8 @@ class AccessFile {
   AccessFile(store::Database database, net::CertificateAuthority authority, std::string fingerprint);
   /// What `change` does, with a new generation and the event, or nothing of it.
   Status change(const std::function<Status()>& what, const AuditEvent& event, Seconds now_s);
+  /// Runs a change with these as ?1, ?2, ...; how many rows it met.
+  Result<int> change_rows(const std::string& sql, std::initializer_list<std::string_view> texts);
   Status insert_audit(const AuditEvent& event, std::int64_t now_ns);
   Status put_role(const std::string& user, const std::string& model, v1::Role role);
   Status put_user(const std::string& user, Seconds now_s);

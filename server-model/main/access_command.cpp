@@ -215,9 +215,15 @@ Result<Findings> revoke(const RevokeOptions& options) {
   auto file = options.common.open(AccessFile::Mode::existing);
   if (!file) return file.error();
   if (!options.user.empty()) {
-    if (const Status done = file->revoke_user(options.user, now_s()); !done) return done.error();
-    return Findings{fmt::format("{} is revoked, with all devices and roles\n", options.user),
-                    {{"user", options.user}}};
+    const auto taken = file->revoke_user(options.user, now_s());
+    if (!taken) return taken.error();
+    const bool only_invited = !taken->user && taken->devices == 0 && taken->invitations > 0;
+    const char* what = taken->user ? "is revoked" : only_invited ? "was only invited" : "was revoked before";
+    return Findings{fmt::format("{} {}; withdrawn: {}\n", options.user, what, access::in_words(*taken)),
+                    {{"user", options.user},
+                     {"devices", taken->devices},
+                     {"roles", taken->roles},
+                     {"invitations", taken->invitations}}};
   }
   const auto device = file->revoke_device(options.device, now_s());
   if (!device) return device.error();
@@ -357,7 +363,8 @@ ExitStatus revoke_command(const std::vector<std::string>& arguments) {
   OptionTable table(
       "handloft-modeld revoke",
       "Shuts a user or one device out. A running server closes its connections within a second.");
-  table.add_positional("NAME", options.user, "The user, with all devices, roles and invitations",
+  table.add_positional("NAME", options.user,
+                       "The user or who is invited, with all devices, roles and invitations",
                        OptionTable::Presence::optional);
   table.add("device", options.device, "Only the device whose fingerprint begins so, 8 digits or more",
             TextRule{.choices = {}, .value_name = "FINGERPRINT"});

@@ -134,6 +134,30 @@ TEST_F(AccessProcess, RolesAreGivenAndWrittenDown) {
               HasSubstr("commenter may not do"));
 }
 
+TEST_F(AccessProcess, AnInvitationIsSeenAndWithdrawn) {
+  const std::string code = owner({"invite", "--name", "Mallory", "--role", "owner"})["code"];
+  const json open = owner({"users"})["invitations"];
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_EQ(open[0]["user"], "Mallory");
+  EXPECT_EQ(open[0]["role"], "owner");
+  EXPECT_EQ(open[0]["model"], "*");
+  EXPECT_THAT(call({"users", "--access", in_folder("server.sqlite")}).text,
+              HasSubstr("invited: Mallory, owner on every model, until 20"));
+  const Answer revoked = call({"revoke", "Mallory", "--access", in_folder("server.sqlite")});
+  EXPECT_EQ(revoked.status, 0) << revoked.complaint;
+  EXPECT_EQ(revoked.text, "Mallory was only invited; withdrawn: 1 invitation\n");
+  const Answer refused = pair("mallory", code);
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.complaint, HasSubstr("permission_denied"));
+  EXPECT_TRUE(owner({"users"})["invitations"].empty());
+  EXPECT_EQ(call({"revoke", "Mallory", "--access", in_folder("server.sqlite")}).status, 1);
+
+  ASSERT_EQ(pair("ann", owner({"invite", "--name", "Ann"})["code"]).status, 0);
+  owner({"invite", "--name", "Ann"});
+  EXPECT_EQ(call({"revoke", "Ann", "--access", in_folder("server.sqlite")}).text,
+            "Ann is revoked; withdrawn: 1 device, 1 role, 1 invitation\n");
+}
+
 TEST_F(AccessProcess, WrongUseIsToldInWords) {
   EXPECT_EQ(call({"invite", "--access", in_folder("server.sqlite")}).status, 2) << "nobody is named";
   EXPECT_EQ(

@@ -149,13 +149,42 @@ TEST_F(AccessFileTest, RevokingAUserTakesDevicesRolesAndInvitations) {
   AccessFile file = open();
   ASSERT_TRUE(file.pair({invite(file), request(), "headset"}, now).ok());
   const std::string open_code = invite(file);
-  ASSERT_TRUE(file.revoke_user("Ann", now + 5).ok());
+  const auto taken = file.revoke_user("Ann", now + 5);
+  ASSERT_TRUE(taken.ok()) << taken.error().describe();
+  EXPECT_TRUE(taken->user);
+  EXPECT_EQ(in_words(*taken), "1 device, 1 role, 1 invitation");
   const auto all = file.read();
   EXPECT_EQ(all->people[0].revoked_s, now + 5);
   EXPECT_THAT(all->people[0].grants, IsEmpty());
   EXPECT_EQ(all->devices[0].revoked_s, now + 5);
   EXPECT_FALSE(file.pair({open_code, request(), "headset"}, now + 6).ok());
   EXPECT_EQ(file.revoke_user("nobody", now).error().code, ErrorCode::not_found);
+  const auto again = file.revoke_user("Ann", now + 7);
+  ASSERT_TRUE(again.ok());
+  EXPECT_FALSE(again->user);
+  EXPECT_EQ(in_words(*again), "nothing");
+  EXPECT_EQ(file.read()->people[0].revoked_s, now + 5) << "since then";
+}
+
+TEST_F(AccessFileTest, WhoIsOnlyInvitedIsRevokedToo) {
+  AccessFile file = open();
+  const std::vector<std::string> codes{invite(file, "Mallory", v1::ROLE_OWNER),
+                                       invite(file, "Mallory", v1::ROLE_VIEWER, "seat")};
+  const std::string other = invite(file, "Bob");
+  const std::uint64_t before = *file.generation();
+  const auto taken = file.revoke_user("Mallory", now);
+  ASSERT_TRUE(taken.ok()) << taken.error().describe();
+  EXPECT_FALSE(taken->user);
+  EXPECT_EQ(taken->invitations, 2);
+  EXPECT_GT(*file.generation(), before);
+  for (const std::string& code : codes)
+    EXPECT_EQ(file.pair({code, request(), "headset"}, now).error().code, ErrorCode::permission_denied);
+  EXPECT_TRUE(file.pair({other, request(), "Bob's"}, now).ok()) << "others stay invited";
+  EXPECT_EQ(file.audit(2)->at(0).event.detail, "2 invitations");
+  ASSERT_THAT(file.read()->people, SizeIs(1)) << "she has not become a user";
+  const std::uint64_t then = *file.generation();
+  EXPECT_EQ(file.revoke_user("Mallory", now).error().code, ErrorCode::not_found) << "nothing is left";
+  EXPECT_EQ(*file.generation(), then);
 }
 
 TEST_F(AccessFileTest, RevokesADeviceByTheBeginningOfItsFingerprint) {

@@ -147,6 +147,14 @@ TEST_F(TlsGate, WrongUsedAndForeignCodesPairNobody_U2) {
   EXPECT_EQ(pair(code).error().code, ErrorCode::permission_denied);
 }
 
+TEST_F(TlsGate, AnInvitationThatWasWithdrawnPairsNobody_U2) {
+  const std::string code = invited("Mallory", v1::ROLE_OWNER), other = invited();
+  ASSERT_TRUE(command().revoke_user("Mallory", std::time(nullptr)).ok());
+  EXPECT_EQ(pair(code).error().code, ErrorCode::permission_denied);
+  EXPECT_TRUE(net::paired_servers(servers()).empty());
+  EXPECT_TRUE(pair(other).ok());
+}
+
 // A2, all of it: nobody but a paired device that is good now gets a Welcome, and nobody but our server is
 // spoken to.
 TEST_F(TlsGate, TheMatrixOfCertificates_A2) {
