@@ -41,8 +41,10 @@ Status prepare_file(const fs::path& path, AccessFile::Mode mode) {
   }
   struct stat facts {};
   if (::stat(path.c_str(), &facts) != 0)
-    return make_error(ErrorCode::not_found, fmt::format("\"{}\": {}", path.string(), std::strerror(errno)),
-                      "access");
+    return make_error(
+        ErrorCode::not_found,
+        fmt::format("\"{}\": {}; expected the access file of a server", path.string(), std::strerror(errno)),
+        "access");
   if ((facts.st_mode & (S_IRWXG | S_IRWXO)) != 0)
     return make_error(ErrorCode::permission_denied,
                       fmt::format("others may read \"{}\", which holds the server's key: expected mode 0600",
@@ -125,7 +127,7 @@ AccessFile::AccessFile(store::Database database, net::CertificateAuthority autho
       authority_(std::move(authority)),
       fingerprint_(std::move(fingerprint)) {}
 
-Result<fs::path> AccessFile::default_path() {
+Result<fs::path> AccessFile::default_path(Mode mode) {
   const char* state = std::getenv("XDG_STATE_HOME");
   const char* home = std::getenv("HOME");
   fs::path folder;
@@ -136,6 +138,7 @@ Result<fs::path> AccessFile::default_path() {
   } else {
     return make_error(ErrorCode::not_found, "neither XDG_STATE_HOME nor HOME is set", "access");
   }
+  if (mode == Mode::existing) return folder / "server.sqlite";
   std::error_code failed;
   fs::create_directories(folder.parent_path(), failed);
   if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)

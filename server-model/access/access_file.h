@@ -98,9 +98,9 @@ class AccessFile {
   /// permission_denied when group or others may read it; data_corrupt for what is no such file or a damaged
   /// one; unsupported for one of a later version; io.
   static Result<AccessFile> open(const std::filesystem::path& path, Mode mode, Seconds now_s);
-  /// $XDG_STATE_HOME/handloft/server.sqlite, or ~/.local/state/...; its folder is made, 0700. Errors:
+  /// $XDG_STATE_HOME/handloft/server.sqlite, or ~/.local/state/...; `create` makes its folder, 0700. Errors:
   /// not_found, io.
-  static Result<std::filesystem::path> default_path();
+  static Result<std::filesystem::path> default_path(Mode mode);
 
   const net::CertificateAuthority& authority() const { return authority_; }
   const std::string& authority_fingerprint() const { return fingerprint_; }

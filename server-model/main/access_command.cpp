@@ -83,14 +83,14 @@ struct FileOptions {
               TextRule{.choices = {}, .value_name = "FILE"});
     table.add("json", json, "Answer with one line of JSON");
   }
-  Result<AccessFile> open(AccessFile::Mode mode) const {
-    std::filesystem::path path = file;
-    if (file.empty()) {
-      auto usual = AccessFile::default_path();
-      if (!usual) return usual.error();
-      path = *std::move(usual);
-    }
-    return AccessFile::open(path, mode, now_s());
+  Result<std::filesystem::path> path(AccessFile::Mode mode) const {
+    if (!file.empty()) return std::filesystem::path(file);
+    return AccessFile::default_path(mode);
+  }
+  Result<AccessFile> open() const {
+    const auto known = path(AccessFile::Mode::existing);
+    if (!known) return known.error();
+    return AccessFile::open(*known, AccessFile::Mode::existing, now_s());
   }
 };
 
@@ -111,27 +111,36 @@ Result<Findings> invite(const InviteOptions& options) {
   if (!role) return role.error();
   const auto valid = parse_span(options.valid);
   if (!valid) return valid.error();
-  auto file = options.common.open(AccessFile::Mode::create);
-  if (!file) return file.error();
   const Seconds now = now_s();
+  const auto path = options.common.path(AccessFile::Mode::create);
+  if (!path) return path.error();
+  std::error_code failed;
+  const bool is_new = !std::filesystem::exists(*path, failed);
+  auto file = AccessFile::open(*path, AccessFile::Mode::create, now);
+  if (!file) return file.error();
   const auto code = file->invite({options.name, *role, options.model, *valid}, now);
   if (!code) return code.error();
   const std::string until = utc(now + *valid);
-  return Findings{fmt::format("For {}, {} on {}, once and until {}:\n\n  {}\n\n"
-                              "On the device, once: handloft-hmd --pair CODE --model tls:HOST:PORT\n"
-                              "without a display:   handloft-modeld pair CODE --connect tls:HOST:PORT\n",
-                              options.name, options.role, on_model(options.model), until, *code),
-                  {{"code", *code},
-                   {"user", options.name},
-                   {"role", options.role},
-                   {"model", options.model},
-                   {"until", until}}};
+  const std::string made =
+      is_new ? fmt::format("\"{0}\" is new, for a server that is started with --access {0}\n", path->string())
+             : "";
+  return Findings{
+      made + fmt::format("For {}, {} on {}, once and until {}:\n\n  {}\n\n"
+                         "On the device, once: handloft-hmd --pair CODE --model tls:HOST:PORT\n"
+                         "without a display:   handloft-modeld pair CODE --connect tls:HOST:PORT\n",
+                         options.name, options.role, on_model(options.model), until, *code),
+      {{"code", *code},
+       {"user", options.name},
+       {"role", options.role},
+       {"model", options.model},
+       {"until", until},
+       {"new_file", is_new}}};
 }
 
 // --- users
 
 Result<Findings> users(const FileOptions& options) {
-  const auto file = options.open(AccessFile::Mode::existing);
+  const auto file = options.open();
   if (!file) return file.error();
   const auto all = file->read();
   if (!all) return all.error();
@@ -192,7 +201,7 @@ Result<Findings> set_role(const RoleOptions& options) {
     if (!parsed) return parsed.error();
     role = *parsed;
   }
-  auto file = options.common.open(AccessFile::Mode::create);
+  auto file = options.common.open();
   if (!file) return file.error();
   if (const Status done = file->set_role(options.name, options.model, role, now_s()); !done)
     return done.error();
@@ -212,7 +221,7 @@ Result<Findings> revoke(const RevokeOptions& options) {
   if (options.user.empty() == options.device.empty())
     return make_error(ErrorCode::invalid_argument, "expected either a user's name or --device FINGERPRINT",
                       "NAME");
-  auto file = options.common.open(AccessFile::Mode::existing);
+  auto file = options.common.open();
   if (!file) return file.error();
   if (!options.user.empty()) {
     const auto taken = file->revoke_user(options.user, now_s());
@@ -240,7 +249,7 @@ struct AuditOptions {
 
 Result<Findings> audit(const AuditOptions& options) {
   constexpr std::int64_t ns_per_s = 1'000'000'000;
-  const auto file = options.common.open(AccessFile::Mode::existing);
+  const auto file = options.common.open();
   if (!file) return file.error();
   const auto entries = file->audit(static_cast<std::uint32_t>(options.count));
   if (!entries) return entries.error();

@@ -45,7 +45,8 @@ class AccessProcess : public ::testing::Test {
 
   Answer call(std::vector<std::string> arguments, const std::string& who = "owner") const {
     arguments.insert(arguments.begin(), HANDLOFT_MODELD);
-    test::Process process(arguments, in_folder("log"), {"XDG_CONFIG_HOME=" + config(who)});
+    test::Process process(arguments, in_folder("log"),
+                          {"XDG_CONFIG_HOME=" + config(who), "XDG_STATE_HOME=" + in_folder("state")});
     Answer answer;
     answer.text = process.read_all(patience);
     answer.status = process.wait(patience).value_or(-1);
@@ -164,7 +165,26 @@ TEST_F(AccessProcess, WrongUseIsToldInWords) {
       call({"invite", "--name", "A", "--valid", "forever", "--access", in_folder("server.sqlite")}).status,
       2);
   EXPECT_EQ(call({"revoke", "Nobody", "--access", in_folder("server.sqlite")}).status, 1);
-  EXPECT_EQ(call({"users", "--access", in_folder("missing.sqlite")}).status, 1);
+  // Only an invitation begins a file: of a mistyped name one would believe that it is done.
+  const std::vector<std::vector<std::string>> commands{
+      {"users"}, {"audit"}, {"role", "Zo", "none"}, {"role", "Zo", "editor"}, {"revoke", "Zo"}};
+  for (std::vector<std::string> command : commands) {
+    const std::string name = command[0];
+    const Answer nowhere = call(command);  // nor the usual one, of a home that has none
+    EXPECT_EQ(nowhere.status, 1) << name;
+    EXPECT_THAT(nowhere.complaint, HasSubstr("not_found: access: \"" + in_folder("state"))) << name;
+    command.insert(command.end(), {"--access", in_folder("missing.sqlite")});
+    const Answer answer = call(command);
+    EXPECT_EQ(answer.status, 1) << name;
+    EXPECT_EQ(answer.text, "") << name;
+    EXPECT_THAT(answer.complaint, HasSubstr("not_found: access: \"" + in_folder("missing.sqlite"))) << name;
+  }
+  EXPECT_FALSE(std::filesystem::exists(in_folder("missing.sqlite")));
+  EXPECT_FALSE(std::filesystem::exists(in_folder("state")));
+  EXPECT_THAT(call({"invite", "--name", "A", "--access", in_folder("missing.sqlite")}).text,
+              HasSubstr("missing.sqlite\" is new"));
+  EXPECT_THAT(call({"invite", "--name", "A", "--access", in_folder("missing.sqlite")}).text,
+              ::testing::StartsWith("For A, editor"));
   EXPECT_THAT(pair("eve", "ABCDE").complaint, HasSubstr("found 5 signs, expected 40"));
   EXPECT_THAT(pair("eve", std::string(40, '2')).complaint, HasSubstr("mistyped"));
 }
