@@ -111,6 +111,16 @@ Status check_format(const store::Database& database, const fs::path& path) {
 
 }  // namespace
 
+v1::Role granted(const Person& person, std::string_view model) {
+  v1::Role best = v1::ROLE_UNSPECIFIED;
+  if (person.revoked_s != 0) return best;
+  for (const Grant& grant : person.grants) {
+    if ((grant.model == model || grant.model == every_model) && rank(grant.role) > rank(best))
+      best = grant.role;
+  }
+  return best;
+}
+
 std::string in_words(const Withdrawn& taken) {
   const std::pair<int, std::string_view> kinds[] = {
       {taken.devices, "device"}, {taken.roles, "role"}, {taken.invitations, "invitation"}};
@@ -249,29 +259,75 @@ Status AccessFile::put_user(const std::string& user, Seconds now_s) {
 }
 
 Status AccessFile::put_role(const std::string& user, const std::string& model, v1::Role role) {
-  store::Statement statement =
-      database_.prepare(rank(role) == 0 ? "DELETE FROM roles WHERE user = ?1 AND model = ?2"
-                                        : "INSERT OR REPLACE INTO roles VALUES (?1, ?2, ?3)");
-  statement.bind(1, user).bind(2, model);
-  if (rank(role) != 0) statement.bind(3, std::int64_t{role});
-  if (!statement.run()) return database_.error("roles");
+  store::Statement statement = database_.prepare("INSERT OR REPLACE INTO roles VALUES (?1, ?2, ?3)");
+  if (!statement.bind(1, user).bind(2, model).bind(3, std::int64_t{role}).run())
+    return database_.error("roles");
   return {};
 }
 
-Status AccessFile::set_role(const std::string& user, const std::string& model, v1::Role role, Seconds now_s) {
-  if (auto good = check_name(user, "user"); !good) return good;
-  if (auto good = check_model(model); !good) return good;
+Result<Withdrawn> AccessFile::take_role(const std::string& user, const std::string& model) {
+  const auto roles = change_rows("DELETE FROM roles WHERE user = ?1 AND model = ?2", {user, model});
+  if (!roles) return roles.error();
+  const auto open = change_rows("DELETE FROM invitations WHERE user = ?1 AND model = ?2", {user, model});
+  if (!open) return open.error();
+  Withdrawn taken;
+  taken.roles = *roles;
+  taken.invitations = *open;
+  if (*roles + *open == 0) return nothing_to_take(user, model);
+  return taken;
+}
+
+Error AccessFile::nothing_to_take(const std::string& user, const std::string& model) const {
+  if (const Status named = check_model(model); !named) return named.error();
+  const auto all = read();
+  if (!all) return all.error();
+  const auto on = [](const std::string& name) {
+    return name == every_model ? "every model" : fmt::format("\"{}\"", plain(name));
+  };
+  bool is_known = false;
+  std::string rest;
+  for (const Person& person : all->people) {
+    if (person.name != user) continue;
+    is_known = true;
+    for (const Grant& grant : person.grants)
+      rest += fmt::format(", {} on {}", role_name(grant.role), on(grant.model));
+  }
+  for (const OpenInvitation& open : all->invitations) {
+    if (open.user != user) continue;
+    is_known = true;
+    rest += fmt::format(", invited as {} on {}", role_name(open.role), on(open.model));
+  }
+  if (!is_known)
+    return make_error(ErrorCode::not_found,
+                      fmt::format("there is neither a user nor an invitation \"{}\"", plain(user)), "user");
+  return make_error(ErrorCode::not_found,
+                    fmt::format("found no role of \"{}\" on {}, only: {}", plain(user), on(model),
+                                rest.empty() ? "none" : rest.substr(2)),
+                    "model");
+}
+
+Result<Withdrawn> AccessFile::set_role(const std::string& user, const std::string& model, v1::Role role,
+                                       Seconds now_s) {
+  if (auto good = check_name(user, "user"); !good) return good.error();
+  // Roles from before names of models were checked can be taken away.
+  if (auto good = check_model(model); !good && rank(role) > 0) return good.error();
   AuditEvent event{AuditKind::role, user};
   event.model = model;
   event.detail = role_name(role);
-  return change(
-      [&]() -> Status {
-        if (rank(role) > 0) {
-          if (auto put = put_user(user, now_s); !put) return put;
-        }
-        return put_role(user, model, role);
-      },
-      event, now_s);
+  Withdrawn taken;
+  const auto set = [&]() -> Status {
+    if (rank(role) > 0) {
+      const Status put = put_user(user, now_s);
+      return put ? put_role(user, model, role) : put;
+    }
+    auto took = take_role(user, model);
+    if (!took) return took.error();
+    taken = *took;
+    if (taken.invitations > 0) event.detail += "; withdrawn: " + in_words(taken);
+    return {};
+  };
+  if (const Status done = change(set, event, now_s); !done) return done.error();
+  return taken;
 }
 
 Result<int> AccessFile::change_rows(const std::string& sql, std::initializer_list<std::string_view> texts) {

@@ -46,6 +46,9 @@ struct Person {
   std::vector<Grant> grants;
 };
 
+/// What they may do on a model: the greater of what they have on it and on every one; nothing once revoked.
+v1::Role granted(const Person& person, std::string_view model);
+
 struct OpenInvitation {
   std::string user;
   std::string model;
@@ -76,7 +79,7 @@ struct PairedDevice {
   std::string model;
 };
 
-/// What a revocation has taken from somebody.
+/// What a revocation, or a role of none, has taken from somebody.
 struct Withdrawn {
   bool user = false;  ///< A user until then; false: revoked before, or never one.
   int devices = 0;
@@ -114,9 +117,10 @@ class AccessFile {
   /// The code (net::write_pairing_code()), which is kept nowhere. Errors: invalid_argument;
   /// resource_exhausted with more than a thousand open ones.
   Result<std::string> invite(const Invite& invite, Seconds now_s);
-  /// ROLE_UNSPECIFIED takes the role away. A name that nobody has becomes a user, for people of this host.
-  /// Errors: invalid_argument.
-  Status set_role(const std::string& user, const std::string& model, v1::Role role, Seconds now_s);
+  /// A name that nobody has becomes a user, for people of this host. ROLE_UNSPECIFIED takes away the role on
+  /// that model and the invitations to it, which would give it back. Errors: invalid_argument; not_found when
+  /// there is nothing to take away.
+  Result<Withdrawn> set_role(const std::string& user, const std::string& model, v1::Role role, Seconds now_s);
   /// A user with all devices, roles and invitations; also somebody who is only invited. Errors: not_found for
   /// a name that has none of these.
   Result<Withdrawn> revoke_user(const std::string& user, Seconds now_s);
@@ -146,6 +150,8 @@ class AccessFile {
   /// Runs a change with these as ?1, ?2, ...; how many rows it met.
   Result<int> change_rows(const std::string& sql, std::initializer_list<std::string_view> texts);
   Status insert_audit(const AuditEvent& event, std::int64_t now_ns);
+  Result<Withdrawn> take_role(const std::string& user, const std::string& model);
+  Error nothing_to_take(const std::string& user, const std::string& model) const;
   Status put_role(const std::string& user, const std::string& model, v1::Role role);
   Status put_user(const std::string& user, Seconds now_s);
   Status after_commit();

@@ -63,13 +63,7 @@ std::shared_ptr<const Known> known_of(Register all) {
 
 v1::Role granted(const Known& known, const std::string& user, std::string_view model) {
   const auto person = known.people.find(user);
-  v1::Role best = v1::ROLE_UNSPECIFIED;
-  if (person == known.people.end() || person->second.revoked_s != 0) return best;
-  for (const Grant& grant : person->second.grants) {
-    if ((grant.model == model || grant.model == every_model) && rank(grant.role) > rank(best))
-      best = grant.role;
-  }
-  return best;
+  return person == known.people.end() ? v1::ROLE_UNSPECIFIED : granted(person->second, model);
 }
 
 bool has_any_role(const Known& known, const std::string& user) {

@@ -16,6 +16,10 @@ bool is_control(char c) {
   return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
 }
 
+bool is_letter_or_digit(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
 /// The bytes of the UTF-8 sequence at the beginning; 0: none begins there.
 std::size_t sequence(std::string_view text) {
   const auto at = [&](std::size_t place) {
@@ -49,8 +53,22 @@ Status check_name(std::string_view name, std::string_view field) {
   return {};
 }
 
+Status check_model_name(std::string_view name, std::string_view field) {
+  const bool good = !name.empty() && name.size() <= longest_name && is_letter_or_digit(name.front()) &&
+                    std::all_of(name.begin(), name.end(), [](char c) {
+                      return is_letter_or_digit(c) || c == '-' || c == '_' || c == '.';
+                    });
+  if (good) return {};
+  return make_error(
+      ErrorCode::invalid_argument,
+      fmt::format("found \"{}\" of {} bytes, expected 1 to {} letters, digits, '-', '_' and '.', "
+                  "the first one a letter or digit",
+                  plain(name), name.size(), longest_name),
+      std::string(field));
+}
+
 Status check_model(std::string_view model) {
-  return model == every_model ? Status() : check_name(model, "model");
+  return model == every_model ? Status() : check_model_name(model, "model");
 }
 
 std::string plain(std::string_view text, std::size_t most) {

@@ -18,6 +18,7 @@
 #include "common/net/endpoint.h"
 #include "common/net/paired_server.h"
 #include "server-model/access/access_file.h"
+#include "server-model/access/names.h"
 
 namespace handloft::model {
 
@@ -111,6 +112,9 @@ Result<Findings> invite(const InviteOptions& options) {
   if (!role) return role.error();
   const auto valid = parse_span(options.valid);
   if (!valid) return valid.error();
+  // Before a file is made.
+  if (auto good = access::check_name(options.name, "name"); !good) return good.error();
+  if (auto good = access::check_model(options.model); !good) return good.error();
   const Seconds now = now_s();
   const auto path = options.common.path(AccessFile::Mode::create);
   if (!path) return path.error();
@@ -194,6 +198,38 @@ struct RoleOptions {
   std::string model{access::every_model};
 };
 
+/// Roles add up, so another one may still allow more than the one that was set; and so may an invitation,
+/// once it is taken.
+void tell_what_remains(const access::Register& all, const RoleOptions& options, v1::Role set,
+                       Findings& found) {
+  const auto person = std::find_if(all.people.begin(), all.people.end(),
+                                   [&](const access::Person& each) { return each.name == options.name; });
+  const bool of_all = options.model == access::every_model;
+  const auto results_on = [&](const std::string& model) {
+    return person == all.people.end() ? v1::ROLE_UNSPECIFIED : access::granted(*person, model);
+  };
+  found.json["results"] = access::role_name(results_on(options.model));
+  found.json["still"] = Json::array();
+  if (person != all.people.end()) {
+    for (const access::Grant& grant : person->grants) {
+      const bool is_about = of_all || grant.model == access::every_model;
+      if (!is_about || access::rank(grant.role) <= access::rank(set)) continue;
+      const std::string_view name = access::role_name(grant.role);
+      found.json["still"].push_back({{"model", grant.model}, {"role", name}});
+      found.words += of_all ? fmt::format("  still {} on {}\n", name, on_model(grant.model))
+                            : fmt::format("  still {}, by every model\n", name);
+    }
+  }
+  for (const access::OpenInvitation& open : all.invitations) {
+    const bool is_about = of_all || open.model == access::every_model || open.model == options.model;
+    if (open.user != options.name || open.until_s <= now_s() || !is_about ||
+        access::rank(open.role) <= access::rank(results_on(open.model)))
+      continue;
+    found.words += fmt::format("  invited: {} on {}, until {}\n", access::role_name(open.role),
+                               on_model(open.model), utc(open.until_s));
+  }
+}
+
 Result<Findings> set_role(const RoleOptions& options) {
   v1::Role role = v1::ROLE_UNSPECIFIED;
   if (options.role != "none") {
@@ -203,10 +239,16 @@ Result<Findings> set_role(const RoleOptions& options) {
   }
   auto file = options.common.open();
   if (!file) return file.error();
-  if (const Status done = file->set_role(options.name, options.model, role, now_s()); !done)
-    return done.error();
-  return Findings{fmt::format("{} is now {} on {}\n", options.name, options.role, on_model(options.model)),
-                  {{"user", options.name}, {"role", options.role}, {"model", options.model}}};
+  const auto taken = file->set_role(options.name, options.model, role, now_s());
+  if (!taken) return taken.error();
+  const auto all = file->read();
+  if (!all) return all.error();
+  Findings found{fmt::format("{} is now {} on {}\n", options.name, options.role, on_model(options.model)),
+                 {{"user", options.name}, {"role", options.role}, {"model", options.model}}};
+  tell_what_remains(*all, options, role, found);
+  found.json["invitations_withdrawn"] = taken->invitations;
+  if (taken->invitations > 0) found.words += fmt::format("  withdrawn: {}\n", access::in_words(*taken));
+  return found;
 }
 
 // --- revoke
@@ -355,7 +397,9 @@ ExitStatus users_command(const std::vector<std::string>& arguments) {
 ExitStatus role_command(const std::vector<std::string>& arguments) {
   RoleOptions options;
   OptionTable table("handloft-modeld role",
-                    "Gives a user another role, or none. A running server follows within a second.");
+                    "Gives a user another role on a model or on every one, or none, which also withdraws the "
+                    "invitations to it. Roles on a model and on every one add up. A running server follows "
+                    "within a second.");
   table.add_positional("NAME", options.name, "The user: of a paired device, or a login name of this host",
                        OptionTable::Presence::required);
   table.add_positional(

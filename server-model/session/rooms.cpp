@@ -6,21 +6,12 @@
 #include <system_error>
 #include <utility>
 
+#include "server-model/access/names.h"
 #include "server-model/session/actor_threads.h"
 
 namespace handloft::session {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-constexpr std::size_t max_name_bytes = 64;
-
-bool is_letter_or_digit(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-}
-
-}  // namespace
 
 std::vector<std::string> model_names_in(const fs::path& folder) {
   constexpr std::size_t most_looked_at = 100'000;  // In a folder that is no folder of models.
@@ -38,17 +29,7 @@ std::vector<std::string> model_names_in(const fs::path& folder) {
 }
 
 Status check_model_name(std::string_view name) {
-  const bool good = !name.empty() && name.size() <= max_name_bytes && is_letter_or_digit(name.front()) &&
-                    std::all_of(name.begin(), name.end(), [](char c) {
-                      return is_letter_or_digit(c) || c == '-' || c == '_' || c == '.';
-                    });
-  if (good) return {};
-  return make_error(
-      ErrorCode::invalid_argument,
-      fmt::format("found a name of {} bytes, expected 1 to {} letters, digits, '-', '_' and '.', the "
-                  "first one a letter or digit",
-                  name.size(), max_name_bytes),
-      "join.model");
+  return access::check_model_name(name, "join.model");
 }
 
 void Room::close() {

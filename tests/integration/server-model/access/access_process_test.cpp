@@ -159,6 +159,37 @@ TEST_F(AccessProcess, AnInvitationIsSeenAndWithdrawn) {
             "Ann is revoked; withdrawn: 1 device, 1 role, 1 invitation\n");
 }
 
+TEST_F(AccessProcess, ARoleIsToldAsItResults) {
+  const auto role = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "role");
+    words.insert(words.end(), {"--access", in_folder("server.sqlite")});
+    return call(words);
+  };
+  EXPECT_EQ(role({"Ann", "editor"}).text, "Ann is now editor on every model\n");
+  EXPECT_EQ(role({"Ann", "viewer", "--model", "nope"}).text,
+            "Ann is now viewer on \"nope\"\n  still editor, by every model\n");
+  EXPECT_EQ(role({"Ann", "owner", "--model", "seat"}).text, "Ann is now owner on \"seat\"\n");
+  EXPECT_EQ(role({"Ann", "none", "--model", "nope"}).text,
+            "Ann is now none on \"nope\"\n  still editor, by every model\n");
+  const json told = owner({"role", "Ann", "viewer"});
+  EXPECT_EQ(told["results"], "viewer");
+  EXPECT_EQ(told["still"], json::parse(R"([{"model":"seat","role":"owner"}])"));
+  owner({"invite", "--name", "Ann", "--role", "editor"});
+  EXPECT_THAT(role({"Ann", "commenter"}).text, HasSubstr("  still owner on \"seat\"\n  invited: editor on "));
+  EXPECT_EQ(role({"Ann", "none"}).text,
+            "Ann is now none on every model\n  still owner on \"seat\"\n  withdrawn: 1 role, 1 invitation\n");
+
+  const Answer zoe = role({"Zoe", "none"});
+  EXPECT_EQ(zoe.status, 1);
+  EXPECT_THAT(zoe.complaint, HasSubstr("not_found: user: there is neither a user nor an invitation \"Zoe\""));
+  const Answer outside = role({"Ann", "viewer", "--model", "../x"});
+  EXPECT_EQ(outside.status, 2);
+  EXPECT_THAT(outside.complaint, HasSubstr("model: found \"../x\""));
+  EXPECT_EQ(
+      call({"invite", "--name", "A", "--model", "../x", "--access", in_folder("missing.sqlite")}).status, 2);
+  EXPECT_FALSE(std::filesystem::exists(in_folder("missing.sqlite"))) << "nor is a file begun for it";
+}
+
 TEST_F(AccessProcess, WrongUseIsToldInWords) {
   EXPECT_EQ(call({"invite", "--access", in_folder("server.sqlite")}).status, 2) << "nobody is named";
   EXPECT_EQ(

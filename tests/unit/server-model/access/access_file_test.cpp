@@ -187,6 +187,72 @@ TEST_F(AccessFileTest, WhoIsOnlyInvitedIsRevokedToo) {
   EXPECT_EQ(*file.generation(), then);
 }
 
+TEST_F(AccessFileTest, TakingARoleThatNobodyHasIsNotDone) {
+  AccessFile file = open();
+  const std::uint64_t before = *file.generation();
+  const auto nobody = file.set_role("Zoe", "*", v1::ROLE_UNSPECIFIED, now);
+  ASSERT_FALSE(nobody.ok());
+  EXPECT_EQ(nobody.error().code, ErrorCode::not_found);
+  EXPECT_EQ(nobody.error().field, "user");
+  EXPECT_EQ(*file.generation(), before);
+  EXPECT_THAT(*file.audit(1), IsEmpty());
+
+  ASSERT_TRUE(file.set_role("Ann", "*", v1::ROLE_EDITOR, now).ok());
+  invite(file, "Ann", v1::ROLE_OWNER, "hood");
+  const auto elsewhere = file.set_role("Ann", "seat", v1::ROLE_UNSPECIFIED, now);
+  ASSERT_FALSE(elsewhere.ok());
+  EXPECT_EQ(elsewhere.error().code, ErrorCode::not_found);
+  EXPECT_EQ(
+      elsewhere.error().message,
+      "found no role of \"Ann\" on \"seat\", only: editor on every model, invited as owner on \"hood\"");
+  const auto taken = file.set_role("Ann", "*", v1::ROLE_UNSPECIFIED, now);
+  ASSERT_TRUE(taken.ok()) << taken.error().describe();
+  EXPECT_EQ(in_words(*taken), "1 role");
+  EXPECT_THAT(file.read()->invitations, SizeIs(1)) << "that to another model stays";
+  EXPECT_FALSE(file.set_role("Ann", "*", v1::ROLE_UNSPECIFIED, now).ok());
+}
+
+TEST_F(AccessFileTest, TakingARoleTakesTheInvitationsThatWouldGiveItBack) {
+  AccessFile file = open();
+  const std::string code = invite(file, "Mallory", v1::ROLE_OWNER, "seat");
+  EXPECT_EQ(file.set_role("Mallory", "hood", v1::ROLE_UNSPECIFIED, now).error().code, ErrorCode::not_found);
+  const auto taken = file.set_role("Mallory", "seat", v1::ROLE_UNSPECIFIED, now);
+  ASSERT_TRUE(taken.ok()) << taken.error().describe();
+  EXPECT_EQ(in_words(*taken), "1 invitation");
+  EXPECT_EQ(file.pair({code, request(), "d"}, now).error().code, ErrorCode::permission_denied);
+  EXPECT_THAT(file.read()->people, IsEmpty());
+  EXPECT_EQ(file.audit(1)->at(0).event.detail, "none; withdrawn: 1 invitation");
+}
+
+TEST_F(AccessFileTest, ARoleIsOnlyGivenOnWhatCanBeAModel) {
+  AccessFile file = open();
+  for (const char* model : {"../x", "a/b", ".", "a b", "-a", "\xC3\xA4"}) {
+    EXPECT_EQ(file.set_role("Ann", model, v1::ROLE_EDITOR, now).error().field, "model") << model;
+    EXPECT_EQ(file.set_role("Ann", model, v1::ROLE_UNSPECIFIED, now).error().code,
+              ErrorCode::invalid_argument)
+        << model;
+    EXPECT_EQ(file.invite({"Ann", v1::ROLE_EDITOR, model}, now).error().field, "model") << model;
+  }
+  EXPECT_THAT(file.read()->people, IsEmpty());
+  // A file from before has such a one.
+  auto database = store::Database::open(path(), store::Database::Access::write, "");
+  ASSERT_TRUE(database.ok());
+  ASSERT_TRUE(database->execute("INSERT INTO users (name, made_s) VALUES ('Ann', 1)").ok());
+  ASSERT_TRUE(database->execute("INSERT INTO roles VALUES ('Ann', 'my seat', 3)").ok());
+  EXPECT_TRUE(file.set_role("Ann", "my seat", v1::ROLE_UNSPECIFIED, now).ok());
+  EXPECT_THAT(file.read()->people.at(0).grants, IsEmpty());
+}
+
+TEST(Granted, IsTheGreaterOfOneModelAndEvery) {
+  Person ann{"Ann", 1, 0, {{"*", v1::ROLE_COMMENTER}, {"seat", v1::ROLE_OWNER}, {"hood", v1::ROLE_VIEWER}}};
+  EXPECT_EQ(granted(ann, "seat"), v1::ROLE_OWNER);
+  EXPECT_EQ(granted(ann, "hood"), v1::ROLE_COMMENTER);
+  EXPECT_EQ(granted(ann, "mouse"), v1::ROLE_COMMENTER);
+  EXPECT_EQ(granted(ann, every_model), v1::ROLE_COMMENTER);
+  ann.revoked_s = 2;
+  EXPECT_EQ(granted(ann, "seat"), v1::ROLE_UNSPECIFIED);
+}
+
 TEST_F(AccessFileTest, RevokesADeviceByTheBeginningOfItsFingerprint) {
   AccessFile file = open();
   const auto paired = file.pair({invite(file), request(), "headset"}, now);
