@@ -251,6 +251,7 @@ struct OptionTable::Implementation {
   // Deques of pointers: CLI11 keeps references to what it fills.
   std::vector<std::unique_ptr<Option>> options;
   std::vector<std::unique_ptr<Positional>> positionals;
+  std::set<std::string> passed_over;  // keys of the file
   std::string config_file;
   bool wants_version = false;
 
@@ -314,6 +315,7 @@ struct OptionTable::Implementation {
         }
         continue;
       }
+      if (passed_over.contains(key)) continue;
       if (node.is_table() && prefix.empty()) {
         if (const Status status = read_table(*node.as_table(), key + ".", file_name); !status) return status;
         continue;
@@ -396,6 +398,10 @@ void OptionTable::add_positional(std::string name, std::string& target, std::str
   positional->presence = presence;
   positional->rule = std::move(rule);
   implementation_->positionals.push_back(std::move(positional));
+}
+
+void OptionTable::pass_over(const OptionTable& other) {
+  for (const auto& option : other.implementation_->options) implementation_->passed_over.insert(option->key);
 }
 
 Result<ParseOutcome> OptionTable::parse(int argc, const char* const* argv) {

@@ -89,6 +89,9 @@ class OptionTable {
   void add_positional(std::string name, std::string& target, std::string help, Presence presence,
                       TextRule rule = {});
 
+  /// For a file that two commands read: keys that only `other` has are no mistake there, and are passed over.
+  void pass_over(const OptionTable& other);
+
   /// Reads the command line and the file that its --config names. On an error some targets may have been set.
   Result<ParseOutcome> parse(int argc, const char* const* argv);
   /// The same with words as a list, without the program's name.

@@ -19,6 +19,7 @@
 #include "common/net/paired_server.h"
 #include "server-model/access/access_file.h"
 #include "server-model/access/names.h"
+#include "server-model/main/serve_command.h"
 
 namespace handloft::model {
 
@@ -80,9 +81,12 @@ struct FileOptions {
   std::string file;
   bool json = false;
   void add_to(OptionTable& table) {
-    table.add("access", file, "The server's access file; none: server.sqlite in $XDG_STATE_HOME/handloft",
+    table.add("access", file,
+              "The server's access file, which --config with the server's configuration says, too; none: "
+              "server.sqlite in $XDG_STATE_HOME/handloft",
               TextRule{.choices = {}, .value_name = "FILE"});
     table.add("json", json, "Answer with one line of JSON");
+    pass_over_serve_options(table);
   }
   Result<std::filesystem::path> path(AccessFile::Mode mode) const {
     if (!file.empty()) return std::filesystem::path(file);

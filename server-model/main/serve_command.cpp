@@ -166,4 +166,11 @@ int serve_command(const std::vector<std::string>& arguments) {
   return session::serve(options, std::cout);
 }
 
+void pass_over_serve_options(OptionTable& table) {
+  Settings settings;
+  OptionTable serve("handloft-modeld serve", description);
+  settings.add_to(serve);
+  table.pass_over(serve);
+}
+
 }  // namespace handloft::model

@@ -190,6 +190,29 @@ TEST_F(AccessProcess, ARoleIsToldAsItResults) {
   EXPECT_FALSE(std::filesystem::exists(in_folder("missing.sqlite"))) << "nor is a file begun for it";
 }
 
+TEST_F(AccessProcess, TheServersOwnConfigurationSaysWhichFile) {
+  const std::string path = in_folder("modeld.toml");
+  {
+    std::ifstream example("deploy/config/modeld.toml");
+    std::ofstream(path) << "access = '" << in_folder("server.sqlite")
+                        << "'\nlisten = ['tls:127.0.0.1:0']\nmodels = '/nowhere'\n"
+                        << example.rdbuf();
+  }
+  const Answer invited = call({"invite", "--name", "Ann", "--config", path, "--json"});
+  ASSERT_EQ(invited.status, 0) << invited.complaint;
+  ASSERT_EQ(pair("ann", json::parse(invited.text)["code"]).status, 0) << "of the server that runs";
+  EXPECT_THAT(call({"users", "--config", path}).text, HasSubstr("Ann"));
+  EXPECT_EQ(call({"role", "Ann", "viewer", "--config", path}).status, 0);
+  EXPECT_EQ(call({"audit", "--config", path}).status, 0);
+  EXPECT_EQ(call({"revoke", "Ann", "--config", path}).status, 0);
+  EXPECT_EQ(call({"users", "--config", path, "--access", in_folder("missing.sqlite")}).status, 1)
+      << "a flag beats the file";
+  std::ofstream(path, std::ios::app) << "max_conections = 3\n";
+  const Answer mistyped = call({"users", "--config", path});
+  EXPECT_EQ(mistyped.status, 2);
+  EXPECT_THAT(mistyped.complaint, HasSubstr("people.max_conections"));
+}
+
 TEST_F(AccessProcess, WrongUseIsToldInWords) {
   EXPECT_EQ(call({"invite", "--access", in_folder("server.sqlite")}).status, 2) << "nobody is named";
   EXPECT_EQ(

@@ -117,6 +117,22 @@ TEST(Config, AnUnknownKeyNamesFileLineAndKey) {
   EXPECT_THAT(status.error().message, HasSubstr("did you mean \"camera.rate_hz\""));
 }
 
+TEST(Config, WhatAnotherCommandReadsOfTheSameFileIsPassedOver) {
+  Options options, others;
+  const OptionTable other = table_of(others);
+  OptionTable table("handloft-test users", "Reads the same file.");
+  table.add("listen", options.listen, "Where");
+  table.pass_over(other);
+  const std::string_view both =
+      "listen = 'unix:/both'\nmode = 'neither'\n[camera]\nrate_hz = 9\nthreads = 'x'\n";
+  ASSERT_TRUE(table.parse_toml(both, "f.toml").ok());
+  EXPECT_EQ(options.listen, "unix:/both");
+  EXPECT_EQ(others.rate_hz, 30.0);
+  EXPECT_EQ(table.parse_toml("[camera]\nrate_h = 9\n", "f.toml").error().field, "f.toml:2: camera.rate_h");
+  EXPECT_FALSE(table.parse_toml("camera_rate_hz = 9\n", "f.toml").ok());
+  EXPECT_FALSE(table.parse({"--mode", "live"}).ok()) << "it is no flag";
+}
+
 TEST(Config, AWrongTypeNamesWhatWasFoundAndExpected) {
   Options options;
   const Status status = parse_text(options, "\nseed = \"many\"\n");
