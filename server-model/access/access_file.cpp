@@ -31,6 +31,7 @@ constexpr std::int64_t ns_per_s = 1'000'000'000;
 /// A new file is private from its first byte; SQLite gives its side files the same mode.
 Status prepare_file(const fs::path& path, AccessFile::Mode mode) {
   if (mode == AccessFile::Mode::create) {
+    static_cast<void>(::mkdir(path.parent_path().c_str(), 0700));  // If it cannot be, the next line fails.
     const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd >= 0) {
       ::close(fd);

@@ -97,9 +97,9 @@ class AccessFile {
  public:
   enum class Mode { existing, create };
 
-  /// `create` makes a missing file, and an authority for it that is good for 30 years. Errors: not_found,
-  /// permission_denied when group or others may read it; data_corrupt for what is no such file or a damaged
-  /// one; unsupported for one of a later version; io.
+  /// `create` makes a missing file, its folder (0700), and an authority that is good for 30 years. Errors:
+  /// not_found, permission_denied when group or others may read it; data_corrupt for what is no such file or
+  /// a damaged one; unsupported for one of a later version; io.
   static Result<AccessFile> open(const std::filesystem::path& path, Mode mode, Seconds now_s);
   /// $XDG_STATE_HOME/handloft/server.sqlite, or ~/.local/state/...; `create` makes its folder, 0700. Errors:
   /// not_found, io.

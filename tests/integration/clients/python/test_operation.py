@@ -431,6 +431,48 @@ class Service(ServerTest):
         self.assertNotIn("handloft", verified.stdout)
 
 
+    def test_the_unit_starts_as_it_is_and_with_its_own_examples(self):
+        service = next(unit for unit in UNITS if unit.endswith(".service"))
+        with open(service, encoding="utf-8") as file:
+            text = file.read()
+        state = os.path.join(self.folder, "handloft")
+        os.mkdir(state)
+        for before, after in (("%S", self.folder), ("/var/lib", self.folder), ("0.0.0.0:7401", "127.0.0.1:0"), (":9465", ":0")):
+            self.assertIn(before, text)
+            text = text.replace(before, after)
+        command = re.search(r"^ExecStart=\S+ (serve .*)$", text, re.MULTILINE).group(1)
+        preset = dict(re.findall(r'^Environment="(\w+)=(.*)"$', text, re.MULTILINE))
+        examples = dict(re.findall(r"^#   (HANDLOFT_\w+)=(.*)$", text, re.MULTILINE))
+        self.assertEqual(set(examples), {"HANDLOFT_MODELD_MODELS", "HANDLOFT_MODELD_OPTIONS"})
+        environment = dict(os.environ, XDG_RUNTIME_DIR=self.folder, XDG_CONFIG_HOME=self.folder)
+
+        def start(file):
+            """As systemd does: $NAME becomes any number of words, and a file beats what the unit says."""
+            known, words = {**preset, **file}, []
+            for word in command.split():
+                words += known.get(word[1:], "").split() if word.startswith("$") else [word]
+            self.assertNotIn("$", " ".join(words))
+            process = subprocess.Popen([MODELD, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=state,
+                                       env=environment, umask=0o077)
+            self.addCleanup(self.end, process)
+            line = process.stdout.readline()
+            self.assertTrue(line, "" if line else process.stderr.read())
+            return process, json.loads(line)
+
+        process, _ = start({})
+        self.assertEqual(sorted(os.listdir(state))[0], "main.handloft")
+        process.terminate()
+        self.assertEqual(process.wait(PATIENCE), 0)
+        _, ready = start(examples)
+        self.assertEqual(os.listdir(os.path.join(state, "models"))[0][:13], "main.handloft")
+        invite = re.search(r"^#   handloft-modeld (invite .* --name \w+)", text, re.MULTILINE).group(1)
+        invited = subprocess.run([MODELD, *invite.split(), "--json"], stdout=subprocess.PIPE, check=True, text=True, timeout=PATIENCE)
+        answer = json.loads(invited.stdout)
+        self.assertFalse(answer["new_file"])
+        subprocess.run([MODELD, "pair", answer["code"], "--connect", ready["endpoints"][0]], stdout=subprocess.PIPE, check=True,
+                       env=environment, timeout=PATIENCE)
+
+
 class Pages(unittest.TestCase):
     """Of every program that was built: what --help says is in its manual page and its completion."""
 

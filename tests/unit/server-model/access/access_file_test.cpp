@@ -66,6 +66,18 @@ TEST_F(AccessFileTest, IsPrivateAndKeepsItsAuthority) {
   EXPECT_EQ(readable.error().code, ErrorCode::permission_denied);
 }
 
+TEST_F(AccessFileTest, IsMadeInAFolderOfItsOwn) {
+  const auto folder = folder_.path() / "access";
+  EXPECT_FALSE(AccessFile::open(folder / "people.sqlite", AccessFile::Mode::existing, now).ok());
+  EXPECT_FALSE(std::filesystem::exists(folder));
+  ASSERT_TRUE(AccessFile::open(folder / "people.sqlite", AccessFile::Mode::create, now).ok());
+  struct stat facts {};
+  ASSERT_EQ(::stat(folder.c_str(), &facts), 0);
+  EXPECT_EQ(facts.st_mode & 0777, 0700U);
+  const auto deep = folder_.path() / "no" / "such" / "people.sqlite";
+  EXPECT_EQ(AccessFile::open(deep, AccessFile::Mode::create, now).error().code, ErrorCode::io);
+}
+
 TEST_F(AccessFileTest, OfSomethingElseIsRefused) {
   EXPECT_EQ(AccessFile::open(path(), AccessFile::Mode::existing, now).error().code, ErrorCode::not_found);
   std::ofstream(path()) << "this is a text of some length that is no database at all, however long one reads";
