@@ -95,6 +95,43 @@ class MemberReader final : public nlohmann::json_sax<json> {
   std::vector<Level> within_;
 };
 
+// The ends of all numbers "-0". Protobuf writes the double so, and reads it as a whole number, which has no
+// sign; so does the other library.
+std::vector<std::size_t> ends_of_negative_zeros(std::string_view text) {
+  const auto is_one_of = [](char c, std::string_view characters) {
+    return characters.find(c) != std::string_view::npos;
+  };
+  std::vector<std::size_t> ends;
+  bool in_text = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') {
+      in_text = !in_text;
+    } else if (in_text) {
+      if (c == '\\') ++i;
+    } else if (c == '-' && text.substr(i + 1).starts_with('0') && (i == 0 || !is_one_of(text[i - 1], "eE"))) {
+      // Behind an "e" it is an exponent; before "." or "e" the number goes on.
+      const std::size_t end = i + 2;
+      if (end == text.size() || is_one_of(text[end], ",]} \t\r\n")) ends.push_back(end);
+    }
+  }
+  return ends;
+}
+
+// With "-0.0" in their place, which is the same number of JSON. `changed` holds the text if it is another.
+std::string_view with_signed_zeros(std::string_view text, std::string& changed) {
+  const std::vector<std::size_t> ends = ends_of_negative_zeros(text);
+  if (ends.empty()) return text;
+  constexpr std::string_view rest = ".0";
+  changed.reserve(text.size() + rest.size() * ends.size());
+  std::size_t begin = 0;
+  for (const std::size_t end : ends) {
+    changed.append(text.substr(begin, end - begin)).append(rest);
+    begin = end;
+  }
+  return changed.append(text.substr(begin));
+}
+
 std::string camel_case(std::string_view name) {
   std::string result;
   bool upper = false;
@@ -135,13 +172,17 @@ Result<std::vector<std::string>> top_level_members(std::string_view text) {
   return std::move(reader.members);
 }
 
-Result<json> parse_json(std::string_view text) {
+Result<json> parse_json(std::string_view line) {
+  std::string changed;
+  const std::string_view text = with_signed_zeros(line, changed);
   json parsed = json::parse(text.begin(), text.end(), nullptr, false);
   if (parsed.is_discarded()) return make_error(ErrorCode::invalid_argument, "found no well-formed JSON");
   return parsed;
 }
 
-Status from_json(std::string_view text, google::protobuf::Message& message) {
+Status from_json(std::string_view line, google::protobuf::Message& message) {
+  std::string changed;
+  const std::string_view text = with_signed_zeros(line, changed);
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = false;
   const auto status = google::protobuf::util::JsonStringToMessage(
@@ -162,7 +203,9 @@ Result<std::string> to_json(const google::protobuf::Message& message) {
   std::string text;
   const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
   if (!status.ok()) return make_error(ErrorCode::internal, status.ToString());
-  return text;
+  std::string changed;
+  with_signed_zeros(text, changed);
+  return changed.empty() ? text : changed;
 }
 
 const json* find_path(const json& whole, std::string_view path) {

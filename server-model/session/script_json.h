@@ -1,6 +1,6 @@
 #pragma once
-// A script's lines as JSON: parsed with limits, mapped to protobuf in full double precision, and looked into
-// by path.
+// A script's lines as JSON: parsed with limits, mapped to protobuf in full double precision, the sign of zero
+// included, and looked into by path.
 
 #include <google/protobuf/message.h>
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "proto/operation.pb.h"
 #include "proto/query.pb.h"
 
 namespace handloft::model {
@@ -43,6 +46,20 @@ TEST(ScriptJson, WritesZerosAndEmptyListsToo) {
   handloft::v1::QueryResult result;
   result.mutable_points()->set_entity("a");
   EXPECT_EQ(*to_json(result), R"({"points":{"entity":"a","points":[],"fitted":false}})");
+}
+
+TEST(ScriptJson, AZeroKeepsItsSign) {
+  handloft::v1::Operation operation;
+  ASSERT_TRUE(from_json(R"({"movePoints":{"by":{"x":-0,"y":-0.0,"z": -0e5 }}})", operation).ok());
+  const auto& by = operation.move_points().by();
+  for (const double zero : {by.x(), by.y(), by.z()}) EXPECT_TRUE(zero == 0 && std::signbit(zero));
+  EXPECT_EQ(*to_json(by), R"({"x":-0.0,"y":-0.0,"z":-0.0})");
+  EXPECT_TRUE(std::signbit((*parse_json(R"({"x":-0})"))["x"].get<double>()));
+  // A whole number has none.
+  ASSERT_TRUE(
+      from_json(R"({"clientId":-0,"addPoints":{"stroke":-0,"points":[{"timeNs":-0}]}})", operation).ok());
+  EXPECT_EQ(operation.client_id(), 0U);
+  EXPECT_EQ(operation.add_points().points(0).time_ns(), 0);
 }
 
 }  // namespace
