@@ -1,5 +1,8 @@
 #include "server-model/main/run_command.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -7,6 +10,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "common/base/clock.h"
@@ -52,16 +56,35 @@ class ConnectedTarget final : public ScriptTarget {
       if (failed) return make_error(ErrorCode::io, failed.message(), "export.path");
       resolved->mutable_export_()->set_path(absolute.string());
     }
-    return server_.submit(*resolved);
+    if (const Status status = as_one_client(operation); !status) return status.error();
+    auto submitted = server_.submit(*resolved);
+    if (submitted && submitted->sequence != 0) made_steps_.insert(operation.client_id());
+    return submitted;
   }
   Result<handloft::v1::QueryResult> query(const handloft::v1::Query& query) override {
     return server_.query(query);
   }
 
  private:
+  /// To the server all lines are of one client, whose steps undo takes back: those of several are the same
+  /// only until the first undo.
+  Status as_one_client(const handloft::v1::Operation& operation) const {
+    if (!operation.has_undo() && !operation.has_redo()) return {};
+    const auto other = std::find_if(made_steps_.begin(), made_steps_.end(),
+                                    [&](std::uint64_t client) { return client != operation.client_id(); });
+    if (other == made_steps_.end()) return {};
+    return make_error(
+        ErrorCode::failed_precondition,
+        fmt::format("found {} by client {} after steps by client {}, expected one client: a "
+                    "server takes all lines as one client's. Without --connect each has its own",
+                    operation.has_undo() ? "an undo" : "a redo", operation.client_id(), *other),
+        "client_id");
+  }
+
   session::RemoteTarget server_;
   FileAccess files_;
   Exports exports_;
+  std::set<std::uint64_t> made_steps_;  ///< Who of the script.
 };
 
 Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect,

@@ -291,25 +291,65 @@ Result<std::uint64_t> moment(const OperationLog& log, std::uint64_t at, const st
   return found->second->sequence;
 }
 
-/// As a script that `run` takes: SCRIPT.md.
-Result<Findings> export_script(const OperationLog& log, const fs::path& to, std::uint64_t until) {
-  std::string script;
-  std::uint64_t lines = 0;
+/// Whose steps undo takes back in a script: each client's, or of all as if they were one.
+enum class ScriptClients { each, one };
+
+/// The operations up to `until`, as a script that `run` takes has them.
+Status each_of_script(const OperationLog& log, std::uint64_t until, ScriptClients clients,
+                      const std::function<Status(const v1::Operation&)>& visit) {
   auto status = log.read(1, [&](const store::LogEntry& entry) -> Status {
     if (entry.record.sequence > until) return make_error(ErrorCode::cancelled, "enough");
     v1::Operation operation;
     if (!operation.ParseFromString(entry.record.operation))
       return make_error(ErrorCode::data_corrupt,
                         fmt::format("operation {} can't be read", entry.record.sequence));
-    operation.clear_client_id();  // A script has one client, whose operations are not retried.
-    operation.clear_client_op_id();
+    operation.clear_client_op_id();  // Nothing of a script is retried.
+    if (clients == ScriptClients::one) operation.clear_client_id();
+    return visit(operation);
+  });
+  if (!status && status.error().code != ErrorCode::cancelled) return status;
+  return {};
+}
+
+/// A script is run by the present rules of undo. Where operations were made by older ones, it is tried out
+/// that the same model comes of it.
+Result<ScriptClients> clients_for_script(const OperationLog& log, std::uint64_t until) {
+  if (log.rules().fair_from <= 1) return ScriptClients::each;
+  store::RecoveryOptions options;
+  options.until = until;
+  auto recovered = store::recover(log, context_on_all_cores(), options);
+  if (!recovered) return recovered.error();
+  const std::string hash = document_hash(recovered->model.document());
+  for (const ScriptClients clients : {ScriptClients::each, ScriptClients::one}) {
+    Model model(Document{}, context_on_all_cores());
+    const Status played = each_of_script(log, until, clients, [&](const v1::Operation& operation) -> Status {
+      auto submitted = model.submit(operation);
+      return submitted ? Status() : Status(submitted.error());
+    });
+    if (played && document_hash(model.document()) == hash) return clients;
+  }
+  return make_error(ErrorCode::unsupported,
+                    fmt::format("operations before {} were made when undo went by other rules, and by the "
+                                "present ones a script of them makes another model; expected a format that "
+                                "holds the model itself",
+                                std::min(log.rules().fair_from, log.last_sequence() + 1)),
+                    "TO");
+}
+
+/// As a script that `run` takes: SCRIPT.md.
+Result<Findings> export_script(const OperationLog& log, const fs::path& to, std::uint64_t until) {
+  const auto clients = clients_for_script(log, until);
+  if (!clients) return clients.error();
+  std::string script;
+  std::uint64_t lines = 0;
+  const Status status = each_of_script(log, until, *clients, [&](const v1::Operation& operation) -> Status {
     auto json = to_json(operation);
     if (!json) return json.error();
     script += *json + "\n";
     ++lines;
     return {};
   });
-  if (!status && status.error().code != ErrorCode::cancelled) return status.error();
+  if (!status) return status.error();
   if (auto written = exchange::write_file_atomically(to, script); !written) return written.error();
   Findings found;
   found.json = {{"to", to.string()}, {"operations", lines}};

@@ -41,9 +41,10 @@ class StoreProcess : public testing::Test {
   std::vector<std::string> serve() const {
     return {HANDLOFT_MODELD, "serve", "--listen", socket(), "--store", model};
   }
-  RemoteTarget connect() {
+  RemoteTarget connect() { return connect(key); }
+  RemoteTarget connect(const std::string& client_key) {
     RemoteTargetOptions options;
-    options.client_key = key;
+    options.client_key = client_key;
     auto target = RemoteTarget::connect(net::parse_endpoint(socket()).value(), clock, options);
     EXPECT_TRUE(target.ok()) << (target ? "" : target.error().describe());
     return *std::move(target);
@@ -199,6 +200,108 @@ TEST_F(StoreProcess, TheCommandsSayCheckRepairAndExport) {
     after.assign(std::istreambuf_iterator<char>(in), {});
   }
   EXPECT_EQ(after, bytes) << "the damaged file is never written";
+}
+
+TEST_F(StoreProcess, U1AScriptOfSeveralClientsMakesTheSameModel) {
+  std::string hash;
+  test::Process server(serve(), folder / "log");
+  ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+  {
+    RemoteTarget editors[] = {connect(), connect(net::random_client_key())};
+    v1::Operation create, rename, undo, comment;
+    for (const char* id : {"sa", "sb"}) {
+      create.mutable_create_dual_shape()->set_id(id);
+      ASSERT_TRUE(editors[id[1] - 'a'].submit(create).ok());
+    }
+    rename.mutable_rename()->set_name("named");
+    for (const char* id : {"sa", "sb"}) {
+      rename.mutable_rename()->set_entity(id);
+      ASSERT_TRUE(editors[id[1] - 'a'].submit(rename).ok());
+    }
+    comment.mutable_add_comment()->set_text("too thin");
+    comment.mutable_add_comment()->mutable_place()->set_x(-0.0);
+    ASSERT_TRUE(editors[1].submit(comment).ok());
+    undo.mutable_undo();
+    ASSERT_TRUE(editors[0].submit(undo).ok());
+    hash = hash_of(editors[0]);
+  }
+  const std::string script = (folder / "shapes.jsonl").string();
+  EXPECT_EQ(command({"export", model, script}).second["operations"], 6);
+  const std::string ask_names =
+      R"({"expect": {"query": {"entities": {}}, "path": "entities.entities.0.name", "equals": "sa"}})";
+  std::ofstream(script, std::ios::app) << ask_names << "\n"
+                                       << R"({"query": {"hash": {}}})"
+                                       << "\n";
+  test::Process alone({HANDLOFT_MODELD, "run", script}, folder / "log2");
+  EXPECT_THAT(alone.read_all(patience), testing::HasSubstr(hash));
+  EXPECT_EQ(alone.wait(patience), 0) << alone.error_output();
+
+  // A server takes it as one client's, whose newest step is another one.
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+  model = (folder / "other.handloft").string();
+  test::Process other(serve(), folder / "log");
+  ASSERT_TRUE(other.read_line(patience)) << other.error_output();
+  test::Process connected({HANDLOFT_MODELD, "run", script, "--connect", socket()}, folder / "log2");
+  connected.read_all(patience);
+  EXPECT_EQ(connected.wait(patience), 1);
+  EXPECT_THAT(connected.error_output(), testing::HasSubstr("line 6: failed_precondition: client_id: "));
+  other.signal(SIGTERM);
+  EXPECT_EQ(other.wait(patience), 0) << other.error_output();
+
+  // Of one client alone it is run there, too.
+  std::ifstream all(script);
+  const std::string only = (folder / "only.jsonl").string();
+  {
+    std::ofstream of_one(only);
+    for (std::string line; std::getline(all, line);)
+      if (line.find("\"sb\"") == std::string::npos && line.find("addComment") == std::string::npos &&
+          line.find("hash") == std::string::npos)
+        of_one << line << "\n";
+  }
+  model = (folder / "third.handloft").string();
+  test::Process third(serve(), folder / "log");
+  ASSERT_TRUE(third.read_line(patience)) << third.error_output();
+  test::Process one({HANDLOFT_MODELD, "run", only, "--connect", socket()}, folder / "log2");
+  one.read_all(patience);
+  EXPECT_EQ(one.wait(patience), 0) << one.error_output();
+  third.signal(SIGTERM);
+  EXPECT_EQ(third.wait(patience), 0) << third.error_output();
+}
+
+// Undo went by other rules when the first of them were written: the same model comes of the script, or none.
+TEST_F(StoreProcess, ScriptsOfReleasedFormatsMakeTheSameModels) {
+  std::vector<std::string> refused;
+  int made = 0;
+  for (const auto& format : fs::directory_iterator("tests/data")) {
+    if (!format.path().filename().string().starts_with("models_v")) continue;
+    for (const auto& entry : fs::directory_iterator(format)) {
+      if (entry.path().extension() != ".handloft") continue;
+      // A copy: to be read it may need files beside it.
+      for (const char* rest : {"", "-mark", "-wal"}) {
+        const fs::path from = entry.path().string() + rest;
+        fs::remove(folder / (std::string("copy.handloft") + rest));
+        if (fs::exists(from)) fs::copy_file(from, folder / (std::string("copy.handloft") + rest));
+      }
+      const std::string copy = (folder / "copy.handloft").string();
+      const std::string script = (folder / "copy.jsonl").string();
+      const Json verified = command({"verify", copy, "--replay"}).second;
+      const int status = command({"export", copy, script}).first;
+      if (status != 0) {
+        refused.push_back(format.path().filename() / entry.path().filename());
+        continue;
+      }
+      std::ofstream(script, std::ios::app) << R"({"query": {"hash": {}}})"
+                                           << "\n";
+      test::Process run({HANDLOFT_MODELD, "run", script}, folder / "log");
+      EXPECT_THAT(run.read_all(patience), testing::HasSubstr(verified["hash"].get<std::string>()))
+          << entry.path();
+      EXPECT_EQ(run.wait(patience), 0) << entry.path() << run.error_output();
+      ++made;
+    }
+  }
+  EXPECT_GE(made, 12);
+  EXPECT_THAT(refused, testing::ElementsAre("models_v2/continued.handloft"));
 }
 
 TEST_F(StoreProcess, U6TheCommandsKnowTheVersionsThatTheModelHas) {

@@ -32,10 +32,9 @@ rc::Gen<Number> any_number() {
       of_bits, rc::gen::map(rc::gen::inRange(-1000, 1001), [](int i) { return static_cast<Number>(i) / 8; }),
       rc::gen::element(Number{0}, -Number{0}, Limits::denorm_min(), -Limits::denorm_min(), Limits::min(),
                        std::nextafter(Limits::min(), Number{0}), Limits::max(), Limits::lowest(),
-                       Limits::epsilon(), std::ldexp(Number{1}, 53),
-                       std::ldexp(Number{-1}, 63), std::ldexp(Number{1}, 64)));
+                       Limits::epsilon(), std::ldexp(Number{1}, 53), std::ldexp(Number{-1}, 63),
+                       std::ldexp(Number{1}, 64)));
 }
-
 
 rc::Gen<double> any_double() {
   return any_number<double, std::uint64_t>();

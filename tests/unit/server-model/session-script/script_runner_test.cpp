@@ -122,6 +122,25 @@ TEST(Script, NumbersKeepEveryBit) {
   EXPECT_EQ(point["pressure"].get<double>(), 0.9999999999999999);
 }
 
+TEST(Script, U1_EachClientOfAScriptHasItsOwnSteps) {
+  const ScriptRun result =
+      run(R"({"createDualShape": {"id": "one"}, "clientId": "7", "author": "Ann"})"
+          "\n"
+          R"({"createDualShape": {"id": "two"}, "clientId": "8", "author": "Bob"})"
+          "\n"
+          R"({"undo": {}, "clientId": "7"})"
+          "\n"
+          R"({"expect": {"fails": {"undo": {}}, "code": "failed_precondition"}})"
+          "\n"
+          R"({"expect": {"query": {"history": {}}, "path": "history.steps.0.author", "equals": "Ann"}})"
+          "\n"
+          R"({"query": {"entities": {}}})");
+  ASSERT_TRUE(result.summary.ok()) << result.summary.first_failure;
+  const json& entities = result.answers.back()["result"]["entities"]["entities"];
+  ASSERT_EQ(entities.size(), 1U);
+  EXPECT_EQ(entities[0]["id"], "two");
+}
+
 TEST(Script, UnknownFieldsAreRefusedByName) {
   expect_failure(R"({"createDualShape": {"idd": "x"}})", "invalid_argument", "create_dual_shape.idd");
   expect_failure(R"({"makeShape": {}})", "invalid_argument", "makeShape");
