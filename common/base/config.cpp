@@ -36,6 +36,7 @@ struct Option {
   TextRule rule;
   std::vector<std::string> given;  // words of the command line
   std::optional<bool> given_flag;
+  bool in_file = false;
 };
 
 struct Positional {
@@ -313,6 +314,7 @@ struct OptionTable::Implementation {
         if (const Status status = std::visit(FromToml{*option, node, where}, option->target); !status) {
           return status;
         }
+        option->in_file = true;
         continue;
       }
       if (passed_over.contains(key)) continue;
@@ -417,6 +419,7 @@ Result<ParseOutcome> OptionTable::parse(const std::vector<std::string>& argument
   for (const auto& option : table.options) {
     option->given.clear();
     option->given_flag.reset();
+    option->in_file = false;
   }
   for (const auto& positional : table.positionals) positional->given.clear();
 
@@ -477,6 +480,12 @@ Status OptionTable::parse_toml(std::string_view text, const std::string& file_na
     return make_error(ErrorCode::invalid_argument, std::string(error.description()),
                       fmt::format("{}:{}", file_name, error.source().begin.line));
   }
+}
+
+bool OptionTable::given(std::string_view key) const {
+  const Option* option = implementation_->find(key);
+  assert(option != nullptr && "it was added");
+  return option->in_file || option->given_flag || !option->given.empty();
 }
 
 std::string OptionTable::help() const {

@@ -99,6 +99,10 @@ class OptionTable {
   /// Only a file's text; `file_name` is for the messages.
   Status parse_toml(std::string_view text, const std::string& file_name);
 
+  /// Whether the last parse() found this key, on the command line or in the file: for an option that means
+  /// nothing without another. Precondition: it was added.
+  bool given(std::string_view key) const;
+
   std::string help() const;
   ProgramFacts facts() const;
 

@@ -103,6 +103,25 @@ Result<std::unique_ptr<ScriptTarget>> make_target(const std::string& connect,
   return std::unique_ptr<ScriptTarget>(std::make_unique<ConnectedTarget>(std::move(*server), files, exports));
 }
 
+/// What would else do nothing: who lost --connect on the way would believe that a server keeps the lines.
+Status check_connection(const OptionTable& table, const std::string& connect) {
+  if (!connect.empty()) return {};
+  if (table.given("connect"))
+    return make_error(ErrorCode::invalid_argument, "found nothing, expected a server's endpoint",
+                      "--connect");
+  for (const char* key : {"role", "model", "save", "reconnect_s"}) {
+    if (!table.given(key)) continue;
+    std::string flag = "--" + std::string(key);
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    return make_error(
+        ErrorCode::invalid_argument,
+        "found it without --connect, expected --connect ENDPOINT beside it: without a server the model is "
+        "gone afterwards",
+        std::move(flag));
+  }
+  return {};
+}
+
 }  // namespace
 
 ExitStatus run_command(const std::vector<std::string>& arguments) {
@@ -144,6 +163,10 @@ ExitStatus run_command(const std::vector<std::string>& arguments) {
   if (outcome->action == ParseOutcome::Action::show_text) {
     std::fputs(outcome->text.c_str(), stdout);
     return exit_ok;
+  }
+  if (const Status connection = check_connection(table, connect); !connection) {
+    complain(connection.error().describe());
+    return exit_usage;
   }
 
   std::ifstream file;

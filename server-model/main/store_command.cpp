@@ -165,12 +165,26 @@ Result<Findings> list_models(const std::string& folder, Listing listing) {
   return found;
 }
 
+/// An option's value that the model does not have: wrong usage, not a fault of the file.
+Error wrong_option(std::string message, std::string flag) {
+  return make_error(ErrorCode::invalid_argument, std::move(message), std::move(flag));
+}
+
+Error no_such_operation(std::uint64_t asked, const OperationLog& log, std::string flag) {
+  return wrong_option(log.last_sequence() == 0
+                          ? fmt::format("found {}, but the model has no operations yet, expected 0", asked)
+                          : fmt::format("found {}, expected 1 to {}, the model's last operation, or 0", asked,
+                                        log.last_sequence()),
+                      std::move(flag));
+}
+
 // --- history
 
 Result<Findings> tell_history(const std::string& file, std::uint64_t from, std::uint64_t count) {
   auto log = OperationLog::open(file, OperationLog::Access::read);
   if (!log) return log.error();
   const std::uint64_t last = log->last_sequence();
+  if (from > last) return no_such_operation(from, *log, "--from");
   if (from == 0) from = last >= count ? last - count + 1 : 1;
   Findings found;
   found.json = {{"last", last}, {"operations", Json::array()}};
@@ -281,12 +295,17 @@ Result<Findings> backup_file(const std::string& file, const std::string& to) {
 
 Result<std::uint64_t> moment(const OperationLog& log, std::uint64_t at, const std::string& version,
                              std::string& digest) {
+  if (at > log.last_sequence()) return no_such_operation(at, log, "--at");
   if (version.empty()) return at == 0 ? ~std::uint64_t{0} : at;
   auto document = document_of(log);
   if (!document) return document.error();
   const auto found = document->versions->find(version);
   if (found == document->versions->end() || found->second->sequence == 0)
-    return make_error(ErrorCode::not_found, fmt::format("there is no version \"{}\"", version), "named");
+    return wrong_option(
+        fmt::format(
+            "found \"{}\", expected a named version of the model (`handloft-modeld models` lists them)",
+            version),
+        "--named");
   digest = found->second->digest;
   return found->second->sequence;
 }
@@ -372,7 +391,8 @@ Result<Findings> export_file(const std::string& file, const std::string& to, std
   if (!digest.empty() && EntityDigests().of(recovered->model.document().entities) != digest) {
     return make_error(
         ErrorCode::data_corrupt,
-        fmt::format("operation {} gives another model than version \"{}\" holds", *until, version), "named");
+        fmt::format("operation {} gives another model than version \"{}\" holds", *until, version),
+        "--named");
   }
   FileAccess files;
   files.cad = std::make_shared<const session::CadProcess>();
@@ -404,10 +424,20 @@ struct Arguments {
   bool json = false;
 };
 
+Status check_moment(const OptionTable& table, const Arguments& given) {
+  if (!table.given("named")) return {};
+  if (given.version.empty()) return wrong_option("found nothing, expected a version's name", "--named");
+  if (table.given("at"))
+    return wrong_option("found both --at and --named, expected one of them: each says which state", "--at");
+  return {};
+}
+
 struct Command {
   const char* description;
   std::function<void(OptionTable&, Arguments&)> options;
   std::function<Result<Findings>(const Arguments&)> run;
+  /// What the table by itself does not see; may be empty.
+  std::function<Status(const OptionTable&, const Arguments&)> check = {};
 };
 
 const std::map<std::string, Command>& commands() {
@@ -430,7 +460,8 @@ const std::map<std::string, Command>& commands() {
        {"Tells what was done to a model, by whom and when.",
         [file](OptionTable& options, Arguments& to) {
           file(options, to);
-          options.add("from", to.from, "The first operation to tell of; 0: the last ones");
+          options.add("from", to.from,
+                      "The first operation to tell of, up to the model's last; 0: the last ones");
           options.add("count", to.count, "How many operations", NumberRange{.min = 1, .max = 1e9});
         },
         [](const Arguments& given) { return tell_history(given.file, given.from, given.count); }}},
@@ -463,11 +494,12 @@ const std::map<std::string, Command>& commands() {
         [file](OptionTable& options, Arguments& to) {
           file(options, to);
           options.add_positional("TO", to.to, "What to write", Presence::required);
-          options.add("at", to.at, "As after this operation; 0: the last");
-          options.add("named", to.version, "As this named version was",
+          options.add("at", to.at, "As after this operation, up to the model's last; 0: the last");
+          options.add("named", to.version, "As this named version was; not together with --at",
                       TextRule{.choices = {}, .value_name = "NAME"});
         },
-        [](const Arguments& given) { return export_file(given.file, given.to, given.at, given.version); }}},
+        [](const Arguments& given) { return export_file(given.file, given.to, given.at, given.version); },
+        check_moment}},
   };
   return table;
 }
@@ -496,10 +528,18 @@ ExitStatus store_command(const std::string& name, const std::vector<std::string>
     std::fputs(outcome->text.c_str(), stdout);
     return exit_ok;
   }
+  if (command.check) {
+    if (const Status checked = command.check(table, given); !checked) {
+      complain(checked.error());
+      return exit_usage;
+    }
+  }
   auto found = command.run(given);
   if (!found) {
-    complain(found.error());
-    return exit_failed;
+    const Error& error = found.error();
+    complain(error);
+    return error.code == ErrorCode::invalid_argument && error.field.starts_with("--") ? exit_usage
+                                                                                      : exit_failed;
   }
   const std::string text =
       given.json ? found->json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n" : found->words;

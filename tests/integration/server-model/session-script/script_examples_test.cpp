@@ -151,5 +151,27 @@ TEST_F(ScriptProgram, WrongUsageGivesStatusTwoAndNoAnswers) {
   }
 }
 
+// Who lost --connect would else believe that a server has the lines.
+TEST_F(ScriptProgram, WhatNeedsAServerIsRefusedWithoutOneByName) {
+  const std::string script = write("one.jsonl", "{\"createDualShape\":{}}\n");
+  const std::string config = write("run.toml", "save = \"durable\"\n");
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {{"--save", "durable"}, "--save: found it without --connect"},
+      {{"--save", "configured"}, "--save: "},
+      {{"--config", config}, "--save: "},
+      {{"--model", "foo"}, "--model: "},
+      {{"--role", "viewer"}, "--role: "},
+      {{"--reconnect-s", "30"}, "--reconnect-s: "},
+      {{"--connect", ""}, "--connect: found nothing, expected"}};
+  for (const auto& [options, complaint] : cases) {
+    std::vector<std::string> arguments = {"run", script};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ScriptRun result = run(arguments);
+    EXPECT_EQ(result.status, 2) << complaint;
+    EXPECT_TRUE(result.answers.empty());
+    EXPECT_NE(result.errors.find(complaint), std::string::npos) << result.errors;
+  }
+}
+
 }  // namespace
 }  // namespace handloft::model

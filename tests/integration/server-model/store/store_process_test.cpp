@@ -81,6 +81,11 @@ class StoreProcess : public testing::Test {
     return {status, Json::parse(text, nullptr, false)};
   }
 
+  std::string complaint_of_last() const {
+    std::ifstream in(folder / "log");
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
   const std::string key = net::random_client_key();  ///< The same client every time.
   fs::path folder;
   std::string model;
@@ -353,7 +358,21 @@ TEST_F(StoreProcess, U6TheCommandsKnowTheVersionsThatTheModelHas) {
   EXPECT_EQ(
       command({"export", model, (folder / "first.jsonl").string(), "--named", "first"}).second["operations"],
       sequence);
-  EXPECT_EQ(command({"export", model, (folder / "second.step").string(), "--named", "second"}).first, 1);
+
+  // What the model does not have is refused by the option's name, and nothing is written.
+  const std::string none = (folder / "none.jsonl").string();
+  for (const auto& [words, complaint] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"export", model, none, "--named", "second"}, "--named: found \"second\", expected"},
+           {{"export", model, none, "--named", ""}, "--named: found nothing, expected"},
+           {{"export", model, none, "--named", "first", "--at", "2"}, "--at: found both"},
+           {{"export", model, none, "--at", "9"}, "--at: found 9, expected 1 to 8,"},
+           {{"history", model, "--from", "999"}, "--from: found 999, expected 1 to 8,"}}) {
+    EXPECT_EQ(command(words).first, 2) << complaint;
+    EXPECT_THAT(complaint_of_last(), testing::HasSubstr(complaint));
+    EXPECT_FALSE(fs::exists(none)) << complaint;
+  }
+  EXPECT_EQ(command({"export", model, none, "--at", "8"}).second["operations"], 8);
+  EXPECT_EQ(command({"history", model, "--from", "8"}).second["operations"].size(), 1U);
 
   // What is repaired has them, too.
   EXPECT_EQ(command({"repair", model}).first, 0);

@@ -109,6 +109,20 @@ TEST(Config, AFlagBeatsTheFileAndTheFileTheDefault) {
   EXPECT_EQ(options.listen, "unix:/flag");
 }
 
+TEST(Config, WhatWasGivenIsToldFromADefaultThatIsTheSame) {
+  const test::TemporaryDirectory folder;
+  const std::string file = (folder.path() / "given.toml").string();
+  std::ofstream(file) << "seed = 1\n[camera]\nthreads = 2\n";
+  Options options;
+  OptionTable table = table_of(options);
+  ASSERT_TRUE(table.parse({"--listen", "unix:/default", "--no-loud", "--config", file}).ok());
+  for (const char* key : {"listen", "loud", "seed", "camera.threads"}) EXPECT_TRUE(table.given(key)) << key;
+  for (const char* key : {"record", "views", "mode", "camera.rate_hz", "video"})
+    EXPECT_FALSE(table.given(key)) << key;
+  ASSERT_TRUE(table.parse(std::vector<std::string>{}).ok());
+  for (const char* key : {"listen", "loud", "seed"}) EXPECT_FALSE(table.given(key)) << key;
+}
+
 TEST(Config, AnUnknownKeyNamesFileLineAndKey) {
   Options options;
   const Status status = parse_text(options, "seed = 1\n\n[camera]\nrate_hs = 3\n");
