@@ -180,6 +180,18 @@ Error no_such_operation(std::uint64_t asked, const OperationLog& log, std::strin
 
 // --- history
 
+/// The user's name as the operation has it; empty: nobody has told.
+std::string author_of(const store::LogRecord& record) {
+  v1::Operation operation;
+  return operation.ParseFromString(record.operation) ? operation.author() : std::string();
+}
+
+/// "Ann (client 7)": the same person may be at two places.
+std::string told_author(const std::string& author, std::uint64_t client_id) {
+  const std::string client = fmt::format("client {}", client_id);
+  return author.empty() ? client : fmt::format("{} ({})", author, client);
+}
+
 Result<Findings> tell_history(const std::string& file, std::uint64_t from, std::uint64_t count) {
   auto log = OperationLog::open(file, OperationLog::Access::read);
   if (!log) return log.error();
@@ -203,13 +215,15 @@ Result<Findings> tell_history(const std::string& file, std::uint64_t from, std::
     if (told++ == count) return make_error(ErrorCode::cancelled, "enough");
     const store::LogRecord& record = entry.record;
     const std::string words = store::answer_of(record).words;
+    const std::string author = author_of(record);
     found.json["operations"].push_back({{"sequence", record.sequence},
                                         {"time", utc(record.time_ns)},
+                                        {"author", author},
                                         {"client", record.client_id},
                                         {"words", words},
                                         {"bytes", record.operation.size()}});
-    found.words += fmt::format("{:>8}  {}  client {}  {}\n", record.sequence, utc(record.time_ns),
-                               record.client_id, words);
+    found.words += fmt::format("{:>8}  {}  {}  {}\n", record.sequence, utc(record.time_ns),
+                               told_author(author, record.client_id), words);
     for (auto [name, end] = named.equal_range(record.sequence); name != end; ++name)
       found.words += fmt::format("          version \"{}\"\n", name->second);
     return {};

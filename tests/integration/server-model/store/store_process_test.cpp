@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -153,6 +154,11 @@ TEST_F(StoreProcess, TheCommandsSayCheckRepairAndExport) {
   EXPECT_EQ(told, 0);
   ASSERT_EQ(history["operations"].size(), 2U);
   EXPECT_EQ(history["operations"][0]["sequence"], 6);
+  const std::string author = history["operations"][0]["author"];
+  EXPECT_FALSE(author.empty()) << "of a local socket it is the account";
+  test::Process for_people({HANDLOFT_MODELD, "history", model}, folder / "log");
+  EXPECT_THAT(for_people.read_all(patience),
+              testing::HasSubstr(author + " (client " + history["operations"][0]["client"].dump() + ")  "));
   EXPECT_THAT(history["operations"][0]["words"].get<std::string>(), testing::HasSubstr("12 points"));
   const auto [checked, verified] = command({"verify", model, "--replay"});
   EXPECT_EQ(checked, 0);
@@ -379,6 +385,23 @@ TEST_F(StoreProcess, U6TheCommandsKnowTheVersionsThatTheModelHas) {
   const Json all = command({"models", folder.string()}).second["models"];
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all[0]["versions"], all[1]["versions"]);
+}
+
+// Of two users, in the words of both.
+TEST_F(StoreProcess, HistoryTellsTheAuthorThatAScriptHasToo) {
+  fs::copy_file("tests/data/models_v2/annotated.handloft", model);
+  const Json operations = command({"history", model}).second["operations"];
+  const std::string script = (folder / "annotated.jsonl").string();
+  ASSERT_EQ(command({"export", model, script}).first, 0);
+  std::ifstream lines(script);
+  std::set<std::string> authors;
+  for (const Json& operation : operations) {
+    std::string line;
+    ASSERT_TRUE(std::getline(lines, line));
+    EXPECT_EQ(Json::parse(line)["author"], operation["author"]);
+    authors.insert(operation["author"].get<std::string>());
+  }
+  EXPECT_GT(authors.size(), 1U);
 }
 
 TEST_F(StoreProcess, WhatIsNoModelIsSaidSo) {
