@@ -237,7 +237,13 @@ Result<Findings> tell_history(const std::string& file, std::uint64_t from, std::
 
 Result<Findings> verify(const std::string& file, bool replay) {
   auto log = OperationLog::open(file, OperationLog::Access::read);
-  if (!log) return log.error();
+  if (!log) {
+    Error error = log.error();
+    if (error.code == ErrorCode::data_corrupt)
+      error.message +=
+          fmt::format("; `handloft-modeld repair {}` writes what can be read to another file", file);
+    return error;
+  }
   const store::LogCheck check = store::check_log(*log);
   Findings found;
   found.json = {{"good", check.good()},

@@ -100,7 +100,8 @@ std::string as_uri(const std::string& path) {
 
 Result<Database> Database::open(const std::filesystem::path& path, Access access, const std::string& vfs) {
   int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
-  flags |= access == Access::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
+  const bool only_read = access == Access::read || access == Access::salvage;
+  flags |= only_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
   if (access == Access::create) flags |= SQLITE_OPEN_CREATE;
   Database database;
   database.path_ = path.string();
@@ -113,9 +114,13 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
   if (opened != SQLITE_OK) return database.error("open");
   sqlite3_busy_timeout(connection, busy_timeout_ms);
   // What a damaged file holds is never run, and cells that reach out of their page are found at once.
-  sqlite3_db_config(connection, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(connection, SQLITE_DBCONFIG_DEFENSIVE, access == Access::salvage ? 0 : 1, nullptr);
   sqlite3_db_config(connection, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(connection, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+  // With it SQLite takes a file that is shorter than it says as it is; nothing can be written.
+  if (access == Access::salvage) {
+    if (auto status = database.execute("PRAGMA writable_schema=ON"); !status) return status.error();
+  }
   for (const char* pragma : {"PRAGMA synchronous=FULL", "PRAGMA cell_size_check=ON", "PRAGMA mmap_size=0",
                              "PRAGMA temp_store=MEMORY", "PRAGMA wal_autocheckpoint=0"}) {
     if (auto status = database.execute(pragma); !status) return status.error();

@@ -46,7 +46,8 @@ class Statement {
 
 class Database {
  public:
-  enum class Access { read, write, create };
+  /// Salvage: reads a file that is shorter than it says as far as it goes.
+  enum class Access { read, write, create, salvage };
 
   /// `vfs`: a registered sqlite3_vfs; empty: the system's. Nothing is written to an existing file by opening
   /// it, nor by closing it before allow_checkpoints().

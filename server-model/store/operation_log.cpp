@@ -199,8 +199,10 @@ Result<OperationLog> OperationLog::open(const std::filesystem::path& path, Acces
       mark = *std::move(locked);
     }
   }
-  auto database = Database::open(
-      path, access == Access::read ? Database::Access::read : Database::Access::write, options.vfs);
+  const auto way = access == Access::write  ? Database::Access::write
+                   : access == Access::read ? Database::Access::read
+                                            : Database::Access::salvage;
+  auto database = Database::open(path, way, options.vfs);
   if (!database) return database.error();
   OperationLog log(*std::move(database), path, options);
   log.access_ = access;
@@ -256,6 +258,16 @@ Status OperationLog::read_identity() {
 }
 
 Status OperationLog::find_end() {
+  if (access_ == Access::salvage) {
+    // The last row may be in what is lost.
+    (void)read(1, [this](const LogEntry& entry) -> Status {
+      end_ = {entry.record.sequence, entry.chain};
+      return {};
+    });
+    auto rules = read_rules();
+    rules_ = rules ? *rules : LogRules{end_.sequence + 1, end_.sequence + 1};
+    return {};
+  }
   Statement last = database_.prepare("SELECT max(place) FROM operations WHERE place BETWEEN ?1 AND ?2");
   last.bind(1, row_place(0)).bind(2, row_place(max_sequence));
   if (last.step() != Statement::Step::row) return database_.error("read the end");
@@ -315,7 +327,7 @@ Status OperationLog::fail(const Error& error) {
 
 Status OperationLog::append(std::span<const LogRecord> records) {
   if (!failure_) return failure_;
-  if (access_ == Access::read)
+  if (access_ != Access::write)
     return make_error(ErrorCode::failed_precondition, fmt::format("{} is open for reading", path_.string()));
   if (records.empty()) return {};
   End now = end_;

@@ -87,7 +87,9 @@ struct LogOptions {
 
 class OperationLog {
  public:
-  enum class Access { read, write };
+  /// Salvage: reads a file that cannot be opened otherwise, one that was cut off say. Its end is then the
+  /// last operation before the damage.
+  enum class Access { read, write, salvage };
 
   /// A new, empty one. Errors: already_exists; io.
   static Result<OperationLog> create(const std::filesystem::path& path, const LogIdentity& identity,

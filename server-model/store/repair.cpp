@@ -1,6 +1,7 @@
 #include "server-model/store/repair.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace handloft::store {
@@ -40,11 +41,16 @@ Result<std::uint64_t> copy_operations(const OperationLog& from, OperationLog& to
 Result<Repaired> repair(const std::filesystem::path& damaged, const std::filesystem::path& to,
                         const LogOptions& options) {
   auto from = OperationLog::open(damaged, OperationLog::Access::read, options);
-  if (!from && from.error().code != ErrorCode::data_corrupt) return from.error();
+  std::optional<Error> unopened;
   if (!from) {
-    return make_error(ErrorCode::data_corrupt, from.error().message + "; nothing of it can be read");
+    if (from.error().code != ErrorCode::data_corrupt) return from.error();
+    unopened = from.error();
+    from = OperationLog::open(damaged, OperationLog::Access::salvage, options);
+    if (!from || from->last_sequence() == 0)
+      return make_error(ErrorCode::data_corrupt, unopened->message + "; nothing of it can be read");
   }
   LogCheck check = check_log(*from);
+  if (unopened) check.damages.insert(check.damages.begin(), {"file", unopened->message});
   // What is appended from now on goes by the present rules, whatever is lost of what was by others.
   LogRules rules = from->rules();
   rules.per_user_from = std::min(rules.per_user_from, check.good_sequence + 1);

@@ -15,8 +15,8 @@ struct Repaired {
   std::vector<Damage> damages;   ///< Of the damaged file.
 };
 
-/// The longest prefix of good operations; the audit trail as far as it is good. Errors: those of
-/// OperationLog::open() and create(); io.
+/// The longest prefix of good operations, also of a file that was cut off; the audit trail where it is good.
+/// Errors: those of OperationLog::open() and create(); io.
 Result<Repaired> repair(const std::filesystem::path& damaged, const std::filesystem::path& to,
                         const LogOptions& options = {});
 
