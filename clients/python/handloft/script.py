@@ -72,15 +72,21 @@ def _find(whole, path):
     return at
 
 
+def _integer(text):
+    """The sign of a zero is one of a double; a whole number of Python has none."""
+    return -0.0 if text == "-0" else int(text)
+
+
 class Runner:
     def __init__(self, model):
         self.model = model
         self.remembered = {}
+        self.clients = set()  # Who of the script has made steps.
 
     def result_of(self, line):
         """What the line's answer has as "result"; Refused and the like for "error"."""
         try:
-            said = json.loads(line, object_pairs_hook=_unique)
+            said = json.loads(line, object_pairs_hook=_unique, parse_int=_integer)
         except ValueError as problem:
             _refuse("invalid_argument", "", "found no well-formed JSON: %s" % problem)
         except RecursionError:
@@ -92,11 +98,25 @@ class Runner:
                 if len(said) > 1:
                     _refuse("invalid_argument", special, "found other members beside it, expected none")
                 return self._ask(said["query"], "query") if special == "query" else self._expect(said["expect"])
-        done = self.model.submit(said)
+        done = self._submit(said)
         result = {"sequence": done.sequence, "entities": done.entities}
         if done.notes:
             result["notes"] = done.notes
         return result
+
+    def _submit(self, said):
+        """To a server all lines are of one client, whose steps undo takes back."""
+        operation = messages.operation_of(said)
+        client, kind = operation.client_id, operation.WhichOneof("body")
+        other = next((one for one in sorted(self.clients) if one != client), None)
+        if kind in ("undo", "redo") and other is not None:
+            found = "%s by client %d after steps by client %d" % ("an undo" if kind == "undo" else "a redo", client, other)
+            _refuse("failed_precondition", "client_id",
+                    "found %s, expected one client: a server takes all lines as one client's" % found)
+        done = self.model.submit(operation)
+        if done.sequence:
+            self.clients.add(client)
+        return done
 
     def _ask(self, query, field):
         if not isinstance(query, dict):
@@ -136,7 +156,7 @@ class Runner:
             if what.keys() == {"query"}:
                 self._ask(what["query"], "expect.query")
             else:
-                self.model.submit(what)
+                self._submit(what)
         except Refused as refusal:
             for name in ("code", "field"):
                 if wanted.get(name, getattr(refusal, name)) != getattr(refusal, name):

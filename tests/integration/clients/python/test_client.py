@@ -447,6 +447,26 @@ class SameOperations(ServerTest):
         self.assertEqual(failed, [], out.getvalue().splitlines()[-1])
         self.assertGreaterEqual(len(out.getvalue().splitlines()), 40)
 
+    def test_a_script_of_several_clients_is_refused_where_undo_would_take_back_another_step(self):
+        self.serve()
+        lines = [b'{"createDualShape": {"id": "one"}, "clientId": "7"}\n', b'{"undo": {}, "clientId": "7"}\n',
+                 b'{"redo": {}, "clientId": "7"}\n', b'{"createDualShape": {"id": "two"}, "clientId": "8"}\n',
+                 b'{"undo": {}, "clientId": "7"}\n']
+        with handloft.connect(self.endpoint, timeout=PATIENCE) as model:
+            out = io.StringIO()
+            failed = script.run(lines, out, model)
+        self.assertEqual([line for line, _ in failed], [5])
+        self.assertEqual(json.loads(out.getvalue().splitlines()[-1])["error"]["field"], "client_id")
+
+    def test_the_sign_of_a_zero_reaches_the_model(self):
+        self.serve()
+        lines = [b'{"addPoints": {"entity": "a", "create": {}, "stroke": -0, "points": [{"position": {"x": -0, "y": -0.0}, "pressure": 1}]}}',
+                 b'{"query": {"points": {"entity": "a"}}}']
+        with handloft.connect(self.endpoint, timeout=PATIENCE) as model:
+            out = io.StringIO()
+            self.assertEqual(script.run(lines, out, model), [])
+        self.assertIn('"position":{"x":-0.0,"y":-0.0,"z":0.0}', out.getvalue())
+
     def test_a_failing_line_ends_a_script_and_says_why(self):
         self.serve()
         text = b'# begins\n{"createDualShape": {"id": "a"}}\n{"fit": {"entity": "b"}}\n{"query": {"hash": {}}}\n'
