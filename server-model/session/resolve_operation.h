@@ -21,12 +21,12 @@ struct FileAccess {
   /// within_folders: absolute paths, and ".." or links that lead out, are permission_denied. So are exports
   /// whose names don't end as what is written: what lies beside them is not to be written over.
   Scope scope = Scope::anywhere;
-  /// Files with what SQLite and the store keep beside them, and folders with all that is in them, that no
-  /// export may write over, whoever asks: those of the server's own.
-  std::vector<std::filesystem::path> own;
   /// Reads and writes CAD files. None: this process does, which damaged ones may bring down; servers have
   /// session/cad_process.h.
   std::shared_ptr<const exchange::CadKernel> cad;
+  /// Files with what SQLite and the store keep beside them, and folders with all that is in them, that no
+  /// export may write over, whoever asks: those of the server's own.
+  std::vector<std::filesystem::path> own;
 
   Result<std::filesystem::path> to_read(const std::string& path, const std::string& field) const;
   /// Errors: as above; permission_denied for what is in `own`.
