@@ -72,7 +72,7 @@ class ActorTest : public ::testing::Test {
   Result<ModelActor::Outcome> submit(const v1::Operation& operation) {
     std::promise<Result<ModelActor::Outcome>> promise;
     actor_->submit(operation,
-                   {folder_.path(), folder_.path(), model::FileAccess::Scope::within_folders, nullptr},
+                   {folder_.path(), folder_.path(), model::FileAccess::Scope::within_folders, nullptr, {}},
                    [&](Result<ModelActor::Outcome> outcome) { promise.set_value(std::move(outcome)); });
     return promise.get_future().get();
   }
