@@ -109,15 +109,14 @@ Status check_connection(const OptionTable& table, const std::string& connect) {
   if (table.given("connect"))
     return make_error(ErrorCode::invalid_argument, "found nothing, expected a server's endpoint",
                       "--connect");
-  for (const char* key : {"role", "model", "save", "reconnect_s"}) {
+  for (const auto& [key, flag] : {std::pair("role", "--role"), std::pair("model", "--model"),
+                                  std::pair("save", "--save"), std::pair("reconnect_s", "--reconnect-s")}) {
     if (!table.given(key)) continue;
-    std::string flag = "--" + std::string(key);
-    std::replace(flag.begin(), flag.end(), '_', '-');
     return make_error(
         ErrorCode::invalid_argument,
         "found it without --connect, expected --connect ENDPOINT beside it: without a server the model is "
         "gone afterwards",
-        std::move(flag));
+        flag);
   }
   return {};
 }

@@ -12,6 +12,7 @@
 
 #include "client-hmd/mirror/model_feed.h"
 #include "tests/integration/client-hmd/hostile_attacks.h"
+#include "tests/support/eventually.h"
 #include "tests/support/test_data.h"
 #include "tests/unit/client-hmd/mirror/scene_messages.h"
 
@@ -25,14 +26,9 @@ using std::chrono::seconds;
 using test::Attack;
 using test::Outcome;
 
-/// Looks until `condition` holds, as the frame loop does.
+/// As the frame loop does.
 bool eventually(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + handloft::test::hostile_patience;
-  while (std::chrono::steady_clock::now() < deadline) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(milliseconds(1));
-  }
-  return condition();
+  return handloft::test::eventually(condition, handloft::test::hostile_patience);
 }
 
 /// A step that two threads reach together.

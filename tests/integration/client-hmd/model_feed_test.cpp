@@ -13,6 +13,7 @@
 
 #include "client-hmd/view/tracking_feed.h"
 #include "common/net/message_server.h"
+#include "tests/support/eventually.h"
 #include "tests/support/test_data.h"
 #include "tests/unit/client-hmd/mirror/scene_messages.h"
 
@@ -83,15 +84,7 @@ class FakeServer {
   std::thread thread_;
 };
 
-/// Looks until `condition` holds, at most ten seconds; the frame loop polls the feed in the same way.
-bool eventually(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + seconds(10);
-  while (std::chrono::steady_clock::now() < deadline) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(milliseconds(1));
-  }
-  return condition();
-}
+using handloft::test::eventually;  // The frame loop polls the feed in the same way.
 
 class Feeds : public testing::Test {
  protected:

@@ -491,11 +491,9 @@ int main(int count, char** words) {
   for (int i = 1; i < count; ++i) {
     const std::string word = words[i];
     if (word == "--store" || word == "--steady" || word == "--no-drag") {
-      if (word == "--no-drag") {
-        options.drags = false;
-      } else {
-        (word == "--store" ? options.store : options.steady) = true;
-      }
+      options.store |= word == "--store";
+      options.steady |= word == "--steady";
+      options.drags &= word != "--no-drag";
       continue;
     }
     const double value = i + 1 < count ? std::atof(words[++i]) : 0;

@@ -24,6 +24,7 @@
 #include "common/net/pairing_code.h"
 #include "server-model/access/access_file.h"
 #include "server-model/access/gate.h"
+#include "tests/support/eventually.h"
 #include "tests/support/test_data.h"
 
 namespace handloft::access {
@@ -424,14 +425,9 @@ bool is_over(int fd) {
 
 constexpr std::uint32_t attacker = INADDR_LOOPBACK + 1;
 
-/// Whether it comes true in the time that the slowest machine takes.
-template <typename Condition>
-bool comes_true(const Condition& condition) {
-  for (const auto until = std::chrono::steady_clock::now() + 20s; !condition();) {
-    if (std::chrono::steady_clock::now() >= until) return false;
-    std::this_thread::sleep_for(1ms);
-  }
-  return true;
+/// In the time that the slowest machine takes.
+bool comes_true(const std::function<bool()>& condition) {
+  return test::eventually(condition, 20s);
 }
 
 // A1: whoever holds all places of those who have not said hello yet loses one when somebody else comes.
