@@ -1,14 +1,11 @@
 #include "client-hmd/main/app.h"
 
-#include <sys/signalfd.h>
-#include <unistd.h>
-
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 
 #include "client-hmd/display/window_display.h"
+#include "client-hmd/main/end_signal.h"
 #include "client-hmd/main/frame_loop.h"
 #include "client-hmd/main/open_display.h"
 #include "client-hmd/main/shoot.h"
@@ -17,26 +14,6 @@
 
 namespace handloft::client {
 namespace {
-
-/// SIGTERM and SIGINT as something to look at once a frame.
-class EndSignal {
- public:
-  EndSignal() {
-    sigset_t signals;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGTERM);
-    sigaddset(&signals, SIGINT);
-    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    fd_ = net::FileDescriptor(signalfd(-1, &signals, SFD_NONBLOCK | SFD_CLOEXEC));
-  }
-  bool came() {
-    signalfd_siginfo info{};
-    return ::read(fd_.get(), &info, sizeof(info)) == static_cast<ssize_t>(sizeof(info));
-  }
-
- private:
-  net::FileDescriptor fd_;
-};
 
 /// Who was invited as less may have become more since, and the server says what they are; owners come as
 /// such.
@@ -73,7 +50,7 @@ Status run_hmd(const HmdOptions& options, const Logger& log) {
     return make_error(ErrorCode::permission_denied, tls.error().message, "model");  // Not let in.
   }
   if (!tls) return tls.error();
-  EndSignal end_signal;  // Before any thread: all of them inherit the mask.
+  EndSignal end_signal(log);  // Before any thread: all of them inherit the mask.
   const SystemClock clock;
   Feeds feeds(options, *model, clock, log, *tls, invited_by(*model));
   Result<std::unique_ptr<Display>> display = open_display(options, log);

@@ -72,7 +72,18 @@ Status FrameLoop::run(const std::function<bool()>& interrupted) {
   while (!finished_ && !interrupted()) {
     if (const Status status = step(); !status) return status;
   }
-  return pictures_.at_end([this] { return still(); });
+  return pictures_.at_end([this] {
+    await_newest();
+    return still();
+  });
+}
+
+/// A former scene may still outlive the newest one (mirror/resume.h); the last picture is of the newest.
+void FrameLoop::await_newest() const {
+  for (auto model = parts_.feeds.model().state(); model->coming != nullptr;
+       model = parts_.feeds.model().state()) {
+    std::this_thread::sleep_for(std::max(model->coming_until - parts_.clock.now(), Duration(1)));
+  }
 }
 
 Status FrameLoop::step() {
@@ -89,6 +100,10 @@ Status FrameLoop::step() {
   if (const Status let_in = parts_.feeds.follow_access(); !let_in && offscreen()) return let_in;
   parts_.feeds.follow_users();
   const FrameSources sources = parts_.feeds.newest();
+  if (const std::size_t entities = sources.model->scene->entities.size(); entities != entities_shown_) {
+    log_.debug("shows {} entities from now on", entities);
+    entities_shown_ = entities;
+  }
   fit_view(view_, *sources.model, parts_.display.width_px(), parts_.display.height_px(),
            offscreen() ? Fitting::follow : Fitting::once, headset_eye());
 

@@ -56,6 +56,7 @@ class FrameLoop {
                 LastTurn turn);
   void end_when_due();
   Result<Image> still();
+  void await_newest() const;
   void place_hud(FrameRequest& request, const Canvas& canvas) const;
   Status draw_panels(const Canvas& canvas, const FrameSources& sources, TimePoint now);
   void count_frame(TimePoint begin, const ModelState& model);
@@ -74,6 +75,7 @@ class FrameLoop {
   TimePoint started_;
   bool finished_ = false;
   std::shared_ptr<const Scene> presented_;
+  std::size_t entities_shown_ = 0;
   TimePoint metrics_told_;
   RunFigures figures_;
 };

@@ -146,4 +146,27 @@ CellShare share_of(const PointCell& cell, const CellView& view) {
   return {count, static_cast<float>(cell.count) / static_cast<float>(count)};
 }
 
+CellShare thinned(const CellShare& of_cell, double share) {
+  if (share >= 1.0 || of_cell.count == 0) return of_cell;
+  CellShare fewer;
+  fewer.count = std::clamp(static_cast<std::uint32_t>(std::ceil(share * static_cast<double>(of_cell.count))),
+                           1U, of_cell.count);
+  fewer.boost = of_cell.boost * static_cast<float>(of_cell.count) / static_cast<float>(fewer.count);
+  return fewer;
+}
+
+float mean_disc_cost_px(const PointCell& cell, const PointCells& of, std::span<const ShellStyle> styles,
+                        const DiscView& view) {
+  // Any beginning of a cell is spread over it.
+  const std::uint32_t looked_at = std::min(cell.count, 4U);
+  if (looked_at == 0) return 0.0F;
+  float sum = 0.0F;
+  for (std::uint32_t i = cell.first; i < cell.first + looked_at; ++i) {
+    const PackedPoint& point = of.points[i];
+    const glm::vec3 place = cell.low + cell.size * glm::vec3(point.x, point.y, point.z) / steps;
+    sum += disc_cost_px(place, styles[point.style].radius_m, view);
+  }
+  return sum / static_cast<float>(looked_at);
+}
+
 }  // namespace handloft::client

@@ -11,9 +11,11 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "client-hmd/mirror/scene.h"
+#include "client-hmd/render/disc_fill.h"
 
 namespace handloft::client {
 
@@ -56,5 +58,12 @@ struct CellShare {
   float boost = 1.0F;  ///< 1/p.
 };
 CellShare share_of(const PointCell& cell, const CellView& view);
+/// `share` (0..1) of what is drawn of a cell; never nothing.
+CellShare thinned(const CellShare& of_cell, double share);
+
+/// What one of the cell's discs costs on average (disc_fill.h), from a few of them. Their styles must be
+/// indices into `styles`.
+float mean_disc_cost_px(const PointCell& cell, const PointCells& of, std::span<const ShellStyle> styles,
+                        const DiscView& view);
 
 }  // namespace handloft::client

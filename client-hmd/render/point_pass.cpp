@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -83,6 +84,8 @@ void main() {
 
 // Linear RGB: warm for the stroke in the air; what is laid has the ink of its shape.
 constexpr glm::vec3 provisional_ink{0.75F, 0.16F, 0.035F};
+/// OpenGL takes steps of 2048 bytes between points at least.
+constexpr std::size_t widest_stride = 2048 / sizeof(FuzzyPoint);
 constexpr float smallest_point_px_of_720 = 1.4F;
 /// Over the shape's own surface only the certain cores of points are plain, or they would hide it.
 constexpr float haze_over_surface = 0.25F;
@@ -137,18 +140,15 @@ void PointPass::update(const Scene& scene, const SurfacePass& surfaces) {
     if (resident.large) {
       update_large(id, resident);
     } else {
+      resident.first_loose = 0;
       upload_points(resident, was_large ? nullptr : former.get(), set);
       resident.count = static_cast<GLsizei>(set.points.size());
     }
     glBindVertexArray(resident.array.id());
-    glBindBuffer(GL_ARRAY_BUFFER, resident.instances.id());
-    glEnableVertexAttribArray(0);
-    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(FuzzyPoint),
-                          offset(offsetof(FuzzyPoint, position)));
-    glVertexAttribDivisor(0, 1);
-    glEnableVertexAttribArray(1);
-    glVertexAttribIPointer(1, 1, GL_UNSIGNED_INT, sizeof(FuzzyPoint), offset(offsetof(FuzzyPoint, style)));
-    glVertexAttribDivisor(1, 1);
+    for (const GLuint attribute : {0U, 1U}) {  // Where they lie is said when they are drawn.
+      glEnableVertexAttribArray(attribute);
+      glVertexAttribDivisor(attribute, 1);
+    }
     glBindVertexArray(0);
 
     std::vector<float> texels;
@@ -231,33 +231,6 @@ bool PointPass::follow(const Scene& scene, PointDetail detail) {
   return any;
 }
 
-void PointPass::draw_cells(const Resident& resident, const EyeUniforms& eye, Stage stage) const {
-  static_assert(sizeof(PackedPoint) == 8 && std::is_trivially_copyable_v<PackedPoint>);
-  CellView view{eye.clip_from_eye * eye.eye_from_world, eye.position, eye.focal_px};
-  // What peeling draws is the reference.
-  if (detail_ == PointDetail::all || stage == Stage::peel)
-    view.most_layers = std::numeric_limits<float>::infinity();
-  program_.set("u_settled", std::numeric_limits<int>::max());
-  glBindVertexArray(resident.cell_array.id());
-  glBindBuffer(GL_ARRAY_BUFFER, resident.packed.id());
-  for (const GLuint attribute : {0U, 1U}) {
-    glEnableVertexAttribArray(attribute);
-    glVertexAttribDivisor(attribute, 1);
-  }
-  for (const PointCell& cell : resident.sorted->cells.cells) {
-    const CellShare share = share_of(cell, view);
-    if (share.count == 0) continue;
-    const std::size_t at = cell.first * sizeof(PackedPoint);
-    glVertexAttribPointer(0, 3, GL_UNSIGNED_SHORT, GL_TRUE, sizeof(PackedPoint), offset(at));
-    glVertexAttribIPointer(1, 1, GL_UNSIGNED_SHORT, sizeof(PackedPoint),
-                           offset(at + offsetof(PackedPoint, style)));
-    program_.set("u_cell_low", cell.low);
-    program_.set("u_cell_size", cell.size);
-    program_.set("u_boost", share.boost);
-    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(share.count));
-  }
-}
-
 void PointPass::upload_points(Resident& resident, const PointSet* former, const PointSet& set) {
   glBindBuffer(GL_ARRAY_BUFFER, resident.instances.id());
   const std::size_t count = set.points.size();
@@ -278,31 +251,120 @@ void PointPass::upload_points(Resident& resident, const PointSet* former, const 
                   static_cast<GLsizeiptr>((count - first) * sizeof(FuzzyPoint)), set.points.data() + first);
 }
 
+std::vector<PointPass::Drawn> PointPass::to_draw(const Scene& scene, const EyeUniforms& eye,
+                                                 Stage stage) const {
+  CellView view{eye.clip_from_eye * eye.eye_from_world, eye.position, eye.focal_px};
+  if (in_detail(stage)) view.most_layers = std::numeric_limits<float>::infinity();
+  std::vector<Drawn> all;
+  for (const auto& [id, entity] : scene.entities) {
+    const auto found = residents_.find(id);
+    if (!entity->shows_points() || found == residents_.end()) continue;
+    Drawn& drawn = all.emplace_back();
+    drawn.entity = entity.get();
+    drawn.resident = &found->second;
+    if (!found->second.large || found->second.sorted == nullptr) continue;
+    drawn.cells.reserve(found->second.sorted->cells.cells.size());
+    for (const PointCell& cell : found->second.sorted->cells.cells) {
+      drawn.cells.push_back(share_of(cell, view));
+    }
+  }
+  return all;
+}
+
+double PointPass::cost_of(const Drawn& drawn, const DiscView& view) {
+  const Resident& resident = *drawn.resident;
+  const PointSet& set = *resident.points;
+  double cost =
+      cost_px(std::span(set.points).subspan(resident.first_loose, static_cast<std::size_t>(resident.count)),
+              set.styles, view);
+  for (std::size_t i = 0; i < drawn.cells.size(); ++i) {
+    if (drawn.cells[i].count == 0) continue;
+    const PointCell& cell = resident.sorted->cells.cells[i];
+    cost += static_cast<double>(drawn.cells[i].count) *
+            static_cast<double>(
+                mean_disc_cost_px(cell, resident.sorted->cells, resident.sorted->of.set->styles, view));
+  }
+  return cost;
+}
+
+void PointPass::draw_cells(const Drawn& drawn, double share) const {
+  static_assert(sizeof(PackedPoint) == 8 && std::is_trivially_copyable_v<PackedPoint>);
+  const Resident& resident = *drawn.resident;
+  program_.set("u_settled", std::numeric_limits<int>::max());
+  glBindVertexArray(resident.cell_array.id());
+  glBindBuffer(GL_ARRAY_BUFFER, resident.packed.id());
+  for (const GLuint attribute : {0U, 1U}) {
+    glEnableVertexAttribArray(attribute);
+    glVertexAttribDivisor(attribute, 1);
+  }
+  for (std::size_t i = 0; i < drawn.cells.size(); ++i) {
+    if (drawn.cells[i].count == 0) continue;
+    const PointCell& cell = resident.sorted->cells.cells[i];
+    const CellShare of_cell = thinned(drawn.cells[i], share);
+    const std::size_t at = cell.first * sizeof(PackedPoint);
+    glVertexAttribPointer(0, 3, GL_UNSIGNED_SHORT, GL_TRUE, sizeof(PackedPoint), offset(at));
+    glVertexAttribIPointer(1, 1, GL_UNSIGNED_SHORT, sizeof(PackedPoint),
+                           offset(at + offsetof(PackedPoint, style)));
+    program_.set("u_cell_low", cell.low);
+    program_.set("u_cell_size", cell.size);
+    program_.set("u_boost", of_cell.boost);
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(of_cell.count));
+  }
+}
+
+void PointPass::draw_loose(const Drawn& drawn, double share) const {
+  const Resident& resident = *drawn.resident;
+  if (resident.count == 0) return;
+  const std::size_t first = std::min<std::size_t>(drawn.entity->settled_points, resident.first_loose);
+  const std::size_t settled = drawn.entity->settled_points - first;
+  const EveryNth every = every_nth(static_cast<std::size_t>(resident.count), share);
+  program_.set("u_cell_low", glm::vec3(0.0F));
+  program_.set("u_cell_size", glm::vec3(1.0F));
+  program_.set("u_boost", every.boost);
+  glBindVertexArray(resident.array.id());
+  glBindBuffer(GL_ARRAY_BUFFER, resident.instances.id());
+  const auto draw = [](std::size_t from, std::size_t stride, std::size_t count) {
+    const std::size_t at = from * sizeof(FuzzyPoint);
+    const auto bytes = static_cast<GLsizei>(stride * sizeof(FuzzyPoint));
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, bytes, offset(at + offsetof(FuzzyPoint, position)));
+    glVertexAttribIPointer(1, 1, GL_UNSIGNED_INT, bytes, offset(at + offsetof(FuzzyPoint, style)));
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(count));
+  };
+  if (every.n <= widest_stride) {
+    program_.set("u_settled", static_cast<int>((settled + every.n - 1) / every.n));
+    draw(0, every.n, every.count);
+    return;
+  }
+  for (std::size_t i = 0; i < every.count; ++i) {
+    const std::size_t at = i * every.n;
+    program_.set("u_settled", at < settled ? 1 : 0);
+    draw(at, 1, 1);
+  }
+}
+
 void PointPass::draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const {
+  DiscView view{eye.eye_from_world, eye.clip_from_eye, eye.viewport_px, eye.focal_px, 0.0F};
+  view.smallest_px =
+      std::max(smallest_point_px_of_720, smallest_point_px_of_720 * eye.viewport_px.y / 720.0F);
   program_.use();
   set_common_uniforms(program_, eye, stage);
   program_.set("u_styles", 0);
   program_.set("u_focal_px", eye.focal_px);
-  program_.set("u_smallest_px",
-               std::max(smallest_point_px_of_720, smallest_point_px_of_720 * eye.viewport_px.y / 720.0F));
-  for (const auto& [id, entity] : scene.entities) {
-    const auto found = residents_.find(id);
-    if (!entity->shows_points() || found == residents_.end()) continue;
-    const Resident& resident = found->second;
-    const auto user = user_colours_.find(entity->provisional_by);
+  program_.set("u_smallest_px", view.smallest_px);
+  const std::vector<Drawn> all = to_draw(scene, eye, stage);
+  double cost = 0.0;
+  for (const Drawn& drawn : all) cost += cost_of(drawn, view);
+  const double share =
+      share_within(cost, view, in_detail(stage) ? most_coverings_of_a_still : most_coverings_of_a_frame);
+  for (const Drawn& drawn : all) {
+    const auto user = user_colours_.find(drawn.entity->provisional_by);
     program_.set("u_in_the_air", user == user_colours_.end() ? provisional_ink : user->second);
-    program_.set("u_laid", resident.ink);
-    program_.set("u_haze", entity->shows_surface() && stage != Stage::coverage ? haze_over_surface : 1.0F);
-    bind_texture(0, GL_TEXTURE_BUFFER, resident.style_texture.id());
-    if (resident.large && resident.sorted != nullptr) draw_cells(resident, eye, stage);
-    if (resident.count == 0) continue;
-    const std::size_t settled = entity->settled_points;
-    program_.set("u_settled", static_cast<int>(settled - std::min(settled, resident.first_loose)));
-    program_.set("u_cell_low", glm::vec3(0.0F));
-    program_.set("u_cell_size", glm::vec3(1.0F));
-    program_.set("u_boost", 1.0F);
-    glBindVertexArray(resident.array.id());
-    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, resident.count);
+    program_.set("u_laid", drawn.resident->ink);
+    program_.set("u_haze",
+                 drawn.entity->shows_surface() && stage != Stage::coverage ? haze_over_surface : 1.0F);
+    bind_texture(0, GL_TEXTURE_BUFFER, drawn.resident->style_texture.id());
+    draw_cells(drawn, share);
+    draw_loose(drawn, share);
   }
   glBindVertexArray(0);
 }

@@ -11,7 +11,9 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "client-hmd/render/disc_fill.h"
 #include "client-hmd/render/point_sorter.h"
 #include "client-hmd/render/surface_pass.h"
 
@@ -20,9 +22,9 @@ namespace handloft::client {
 /// Opacity at distance `r_m` from the centre: 'over' of every shell that is wider. What the shader computes.
 float shells_opacity(const ShellStyle& style, float r_m);
 
-/// How many of the points of large clouds are drawn.
+/// How many of the points are drawn. Never more than cover the picture some hundred times (disc_fill.h).
 enum class PointDetail {
-  as_seen,  ///< As many as the picture shows apart from fewer (point_cells.h).
+  as_seen,  ///< Of large clouds as many as the picture shows apart from fewer (point_cells.h).
   all,      ///< For stills.
 };
 
@@ -59,7 +61,19 @@ class PointPass {
   };
   void update_large(const std::string& id, Resident& resident);
   static void upload_loose(Resident& resident);
-  void draw_cells(const Resident& resident, const EyeUniforms& eye, Stage stage) const;
+  /// One that is shown, and its cells' shares.
+  struct Drawn {
+    const Entity* entity = nullptr;
+    const Resident* resident = nullptr;
+    std::vector<CellShare> cells;
+  };
+  /// What peeling draws is the reference.
+  bool in_detail(Stage stage) const { return detail_ == PointDetail::all || stage == Stage::peel; }
+  std::vector<Drawn> to_draw(const Scene& scene, const EyeUniforms& eye, Stage stage) const;
+  /// What `drawn` costs, of a picture that sees it as `view`.
+  static double cost_of(const Drawn& drawn, const DiscView& view);
+  void draw_cells(const Drawn& drawn, double share) const;
+  void draw_loose(const Drawn& drawn, double share) const;
   static void upload_points(Resident& resident, const PointSet* former, const PointSet& set);
   GlProgram program_;
   std::map<std::string, Resident> residents_;
