@@ -55,9 +55,8 @@ double share_within(double cost_px, const DiscView& view, float coverings) {
 EveryNth every_nth(std::size_t points, double share) {
   EveryNth every;
   if (points == 0) return every;
-  every.n = share >= 1.0 ? 1
-                         : std::min(points, static_cast<std::size_t>(
-                                                std::ceil(1.0 / std::max(share, 1e-9))));
+  every.n =
+      share >= 1.0 ? 1 : std::min(points, static_cast<std::size_t>(std::ceil(1.0 / std::max(share, 1e-9))));
   every.count = (points + every.n - 1) / every.n;
   every.boost = static_cast<float>(points) / static_cast<float>(every.count);
   return every;

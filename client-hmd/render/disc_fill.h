@@ -24,7 +24,8 @@ struct DiscView {
 inline constexpr float most_coverings_of_a_frame = 256.0F;
 inline constexpr float most_coverings_of_a_still = 512.0F;
 
-/// Pixels that a disc is worked on for: of its square as far as it is in the picture, and what any disc costs.
+/// Pixels that a disc is worked on for: of its square as far as it is in the picture, and what any disc
+/// costs.
 float disc_cost_px(const glm::vec3& place, float radius_m, const DiscView& view);
 
 /// Of all `points` together, from an even sample of them. Their styles must be indices into `styles`.

@@ -15,6 +15,13 @@ std::string who(std::string_view author, std::uint64_t client_id) {
 
 namespace {
 
+/// Who made `other`, as those are told who made `own`.
+std::string who_else(const StepInfo& other, const StepInfo& own) {
+  if (other.author.empty() || other.author != own.author || other.client_id == own.client_id)
+    return who(other.author, other.client_id);
+  return "another program of yours";
+}
+
 History::Highest highest(const History::Highest& a, const History::Highest& b) {
   return {std::max(a.shape, b.shape), std::max(a.comment, b.comment)};
 }
@@ -387,8 +394,7 @@ std::string History::refusal(std::uint64_t number, Direction direction) const {
       why = fmt::format("somebody has changed {} since", what);
     } else {
       const StepInfo& other = step_at(later->number).info;
-      why =
-          fmt::format("{} has changed {} since ({})", who(other.author, other.client_id), what, other.words);
+      why = fmt::format("{} has changed {} since ({})", who_else(other, step.info), what, other.words);
     }
   } else {
     return {};
@@ -409,7 +415,7 @@ std::string History::blame(std::uint64_t number, const Conflict& conflict) const
       });
   if (explains == 0) return fmt::format("{} has changed since", what);
   const StepInfo& info = step_at(explains).info;
-  return fmt::format("{} has {} {} since ({})", who(info.author, info.client_id),
+  return fmt::format("{} has {} {} since ({})", who_else(info, step.info),
                      stands == 0 ? "taken back a change of" : "changed", what, info.words);
 }
 

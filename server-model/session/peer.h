@@ -65,6 +65,7 @@ struct Peer {
   bool joined = false;
   bool seated = false;  ///< Has been told so, and is sent the scene.
   bool gone = false;
+  std::string noted_in;  ///< The model to which it came, as the audit log says; empty: to none yet.
   v1::Role told_role = v1::ROLE_UNSPECIFIED;  ///< By the last Joined.
   std::uint64_t number = 0;                   ///< In the order of coming.
   std::int64_t joined_ns = 0;                 ///< Wall clock.

@@ -70,6 +70,11 @@ PeerPtr peer_of(const net::ConnectionPtr& connection) {
 Status Peers::on_message(const net::ConnectionPtr& connection, const v1::Envelope& envelope) {
   const PeerPtr peer = peer_of(connection);
   if (!peer) return make_error(ErrorCode::cancelled, "a message of nobody who is here");
+  // Which models there are is asked of none of them.
+  if (!options_.nameless && !envelope.has_join() && !envelope.ask().query().has_models()) {
+    const std::lock_guard lock(peer->mutex);
+    if (!peer->counted && !peer->entering) return options_.nameless;
+  }
   switch (envelope.body_case()) {
     case v1::Envelope::kJoin:
       return join(peer, envelope.join());
@@ -178,6 +183,7 @@ void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
     finish_request(*peer, bytes);
   };
   begin_request(*peer, bytes);
+  if (may) note_coming(*peer, *room, role);
   if (!may) {
     if (operation.client_op_id() == 0) {
       answer(Result<ModelActor::Outcome>(may.error()));
@@ -253,14 +259,18 @@ void Peers::ask(const PeerPtr& peer, const v1::Ask& message) {
     }
     peer->connection->send(envelope);
   };
-  const v1::Role role = role_of(*peer, *room);
-  Status may = gate_->check(peer->user, room->name, role, v1::Envelope::kAsk);
-  // A query without a body is the model's to refuse, as it always was.
-  if (may && message.query().body_case() != v1::Query::BODY_NOT_SET)
-    may = gate_->check(peer->user, room->name, role, message.query());
-  if (!may) {
-    answer(may.error());
-    return;
+  // Which models there are, each is told of those where they have a role: it is about none of them.
+  if (!message.query().has_models()) {
+    const v1::Role role = role_of(*peer, *room);
+    Status may = gate_->check(peer->user, room->name, role, v1::Envelope::kAsk);
+    // A query without a body is the model's to refuse, as it always was.
+    if (may && message.query().body_case() != v1::Query::BODY_NOT_SET)
+      may = gate_->check(peer->user, room->name, role, message.query());
+    if (!may) {
+      answer(may.error());
+      return;
+    }
+    note_coming(*peer, *room, role);
   }
   if (auto known = answer_of_peers(*peer, *room, message.query())) {
     answer(*std::move(known));

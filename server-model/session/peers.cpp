@@ -402,6 +402,7 @@ Status Peers::join(const PeerPtr& peer, const v1::Join& message) {
 }
 
 Status Peers::try_join(const PeerPtr& peer, const v1::Join& message) {
+  if (message.model().empty() && !options_.nameless) return options_.nameless;
   const std::string name = message.model().empty() ? rooms_->first()->name : message.model();
   if (Status good = check_model_name(name); !good) return good;
   const auto role = gate_->enter(peer->user, name, peer->connection->peer().role);
@@ -459,7 +460,7 @@ void Peers::entered(const PeerPtr& peer, const v1::Join& message, v1::Role role,
 }
 
 void Peers::begin(const PeerPtr& peer, const RoomPtr& room, const v1::Join& message, v1::Role role) {
-  gate_->joined(peer->user, room->name, role, peer->connection->peer().program);
+  note_coming(*peer, *room, role);
   peer->log.with("model", room->name).info("joined as {}", access::role_name(role));
   {
     const std::lock_guard lock(peer->mutex);
@@ -474,6 +475,16 @@ void Peers::begin(const PeerPtr& peer, const RoomPtr& room, const v1::Join& mess
       [weak = weak_from_this(), peer, room, asked = std::make_shared<const v1::Join>(message)] {
         if (const auto self = weak.lock()) self->seat(peer, room, asked);
       });
+}
+
+/// Scripts may work on a model without watching it.
+void Peers::note_coming(Peer& peer, const Room& room, v1::Role role) const {
+  {
+    const std::lock_guard lock(peer.mutex);
+    if (peer.noted_in == room.name) return;
+    peer.noted_in = room.name;
+  }
+  gate_->joined(peer.user, room.name, role, peer.connection->peer().program);
 }
 
 void Peers::seat(const PeerPtr& peer, const RoomPtr& room, const std::shared_ptr<const v1::Join>& message) {
@@ -517,9 +528,11 @@ void Peers::depart(const PeerPtr& peer, const std::string& reason) {
   bool present = false;
   bool brings_hands = false;
   bool counted = false;
+  std::string noted_in;
   {
     const std::lock_guard lock(peer->mutex);
     if (std::exchange(peer->gone, true)) return;
+    noted_in = peer->noted_in;
     room = peer->room;
     present = peer->present;
     brings_hands = peer->brings_hands;
@@ -539,7 +552,7 @@ void Peers::depart(const PeerPtr& peer, const std::string& reason) {
   }
   const Logger log = counted ? peer->log.with("model", room->name) : peer->log;
   log.info("\"{}\" ({}) is gone: {}", peer->hands.name, peer->id, reason);
-  gate_->left(peer->user, room->name, reason);
+  if (!noted_in.empty()) gate_->left(peer->user, noted_in, reason);
   if (brings_hands)
     room->actor->hand_gone(peer->hands);  // Which tells the others when the last frame is handled.
   if (present && !brings_hands) {

@@ -115,6 +115,7 @@ class Peers : public std::enable_shared_from_this<Peers> {
   Status try_join(const PeerPtr& peer, const v1::Join& message);
   void entered(const PeerPtr& peer, const v1::Join& message, v1::Role role, const Result<RoomPtr>& room);
   void begin(const PeerPtr& peer, const RoomPtr& room, const v1::Join& message, v1::Role role);
+  void note_coming(Peer& peer, const Room& room, v1::Role role) const;
   /// On the model's thread: the scene is as this viewer is to see it.
   void seat(const PeerPtr& peer, const RoomPtr& room, const std::shared_ptr<const v1::Join>& message);
   void submit(const PeerPtr& peer, const v1::Submit& message);

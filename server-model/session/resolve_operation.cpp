@@ -10,6 +10,7 @@
 #include "server-model/exchange/stroke_import.h"
 #include "server-model/model/validate.h"
 #include "server-model/session/resolve_model.h"
+#include "server-model/store/side_files.h"
 
 namespace handloft::model {
 
@@ -50,7 +51,7 @@ bool is_of(const fs::path& target, const fs::path& own) {
   if (failed) return false;
   const auto [kept_end, rest] = std::mismatch(kept.begin(), kept.end(), found.begin(), found.end());
   if (kept_end == kept.end()) return true;
-  for (const char* beside : {"-wal", "-shm", "-journal", "-mark"}) {
+  for (const char* beside : store::side_suffixes) {
     if (found == kept.string() + beside) return true;
   }
   return fs::equivalent(found, kept, failed) && !failed;

@@ -170,6 +170,8 @@ std::vector<Rooms::Listed> Rooms::list() const {
   for (const auto& [name, entry] : entries_) {
     if (!entry.room && !listed.contains(name)) continue;  // It was asked for, and is not there.
     listed[name] = {name, entry.people, entry.room != nullptr, entry.problem};
+    if (!entry.room || !entry.room->store) continue;
+    if (const Status kept = entry.room->store->failure(); !kept) listed[name].problem = kept.error().message;
   }
   std::vector<Listed> result;
   result.reserve(listed.size());

@@ -75,7 +75,8 @@ class Rooms {
     std::string name;
     std::size_t people = 0;
     bool open = false;
-    std::string problem;  ///< Why it cannot be opened; empty: it can, as far as is known.
+    /// Why it cannot be opened, or takes no more operations; empty: it can, as far as is known.
+    std::string problem;
   };
   /// Those of the folder and those that are open, by name.
   std::vector<Listed> list() const;

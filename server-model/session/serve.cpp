@@ -96,6 +96,7 @@ struct Served {
   model::Model model;
   std::shared_ptr<store::ModelStore> store;
   std::string name = ServerOptions().model_name;
+  Status nameless = {};  ///< As ServerOptions has it.
 };
 
 Result<OpenedModel> open_file(const std::filesystem::path& path, const std::string& name, const Logger& log) {
@@ -122,7 +123,8 @@ Result<Served> served_file(const ServeOptions& options, const std::filesystem::p
 }
 
 /// The one called as that of a server without a folder; else the first one by name that can be opened; of a
-/// folder without any a new one.
+/// folder without any a new one. In place of one that is there and cannot be opened nobody gets another
+/// without asking for it.
 Result<Served> served_folder(const ServeOptions& options, const Logger& log) {
   const std::filesystem::path folder = options.models;
   std::error_code failed;
@@ -136,12 +138,21 @@ Result<Served> served_folder(const ServeOptions& options, const Logger& log) {
   if (const auto at = std::find(names.begin(), names.end(), first); at != names.end())
     std::rotate(names.begin(), at, at + 1);
   Result<Served> served = make_error(ErrorCode::not_found, "no model", "models");
+  Status nameless;
   for (std::string& name : names) {
     const auto path = folder / (name + std::string(model_suffix));
+    const bool is_main = name == first;
     served = served_file(options, path, std::move(name), log);
     if (served || served.error().field == "script") break;
     log.with("model", path.stem().string()).error("{}: {}", path.string(), served.error().message);
+    if (!is_main) continue;
+    nameless = make_error(served.error().code,
+                          fmt::format("the model \"{}\", which an empty name means, could not be opened when "
+                                      "the server started: {}",
+                                      first, served.error().message),
+                          "join.model");
   }
+  if (served) served->nameless = std::move(nameless);
   return served;
 }
 
@@ -219,6 +230,7 @@ class Session {
     if (!options_.export_folder.empty()) server_options.actor.export_folder = options_.export_folder;
     server_options.actor.acknowledge = options_.acknowledge;
     server_options.model_name = served.name;
+    server_options.nameless = served.nameless;
     if (!options_.models.empty()) {
       server_options.rooms.folder = options_.models;
       server_options.rooms.create = options_.create;

@@ -40,8 +40,11 @@ struct ClientLimits {
 
 struct ServerOptions {
   std::string model_name = "main";  ///< Of the first model, which an empty Join means.
-  RoomsOptions rooms;               ///< The other models; by default there are none.
-  ClientMemory client_memory;       ///< In place of net.outbox.
+  /// Not ok: the model that an empty Join means could not be opened, and the first model is another one,
+  /// which nobody comes to without naming it.
+  Status nameless = {};
+  RoomsOptions rooms;          ///< The other models; by default there are none.
+  ClientMemory client_memory;  ///< In place of net.outbox.
   /// The wall clock, ns since 1970 UTC, for people: when something was done and who came. Empty: the
   /// system's.
   std::function<std::int64_t()> wall_ns = {};

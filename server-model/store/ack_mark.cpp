@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "server-model/store/log_schema.h"
+#include "server-model/store/side_files.h"
 
 namespace handloft::store {
 
@@ -45,7 +46,7 @@ std::uint64_t get(const char* from) {
 std::string AckMark::path_of(const std::filesystem::path& log) {
   std::error_code failed;
   const auto followed = std::filesystem::weakly_canonical(log, failed);
-  return (failed ? log : followed).string() + "-mark";
+  return (failed ? log : followed).string() + mark_suffix;
 }
 
 Result<AckMark> AckMark::lock(const std::filesystem::path& log) {

@@ -12,6 +12,7 @@
 #include "server-model/store/database.h"
 #include "server-model/store/log_check.h"
 #include "server-model/store/operation_log.h"
+#include "server-model/store/side_files.h"
 
 namespace handloft::store {
 
@@ -49,8 +50,8 @@ class Part {
  private:
   void remove() const {
     std::error_code ignored;
-    for (const char* suffix : {"", "-journal", "-wal", "-shm", "-mark"})
-      fs::remove(path_.string() + suffix, ignored);
+    fs::remove(path_, ignored);
+    for (const char* suffix : side_suffixes) fs::remove(path_.string() + suffix, ignored);
   }
   fs::path path_;
 };

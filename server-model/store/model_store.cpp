@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server-model/store/side_files.h"
+
 namespace handloft::store {
 
 namespace {
@@ -11,7 +13,8 @@ namespace {
 void remove_unfinished(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::file_size(path, ignored) != 0 || ignored) return;
-  for (const char* suffix : {"", "-wal", "-shm"}) std::filesystem::remove(path.string() + suffix, ignored);
+  std::filesystem::remove(path, ignored);
+  for (const char* suffix : database_side_suffixes) std::filesystem::remove(path.string() + suffix, ignored);
 }
 
 }  // namespace

@@ -150,6 +150,33 @@ TEST_F(ServeProcessTest, who_names_no_model_comes_to_main) {
       "");
 }
 
+TEST_F(ServeProcessTest, who_names_no_model_is_told_when_main_is_damaged) {
+  const auto served = [&](const std::string& model, const std::function<void(Result<RemoteTarget>)>& with) {
+    test::Process server({HANDLOFT_MODELD, "serve", "--listen", "unix:" + in_folder("model.sock"), "--models",
+                          in_folder("models")},
+                         in_folder("log"));
+    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+    RemoteTargetOptions where;
+    where.role = v1::ROLE_OWNER;
+    where.model = model;
+    with(RemoteTarget::connect(*net::parse_endpoint("unix:" + in_folder("model.sock")), clock_, where));
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+  };
+  v1::Operation operation;
+  operation.mutable_create_dual_shape()->set_id("seat");
+  served("", [&](auto target) { ASSERT_TRUE(target.ok() && target->submit(operation).ok()); });
+  served("alpha", [&](auto target) { ASSERT_TRUE(target.ok() && target->submit(operation).ok()); });
+  std::ofstream(in_folder("models/main.handloft")) << "no model any more";
+  operation.mutable_create_dual_shape()->set_id("back");
+  served("", [&](auto target) {
+    const auto done = target.ok() ? target->submit(operation) : Result<RemoteTarget::Outcome>(target.error());
+    ASSERT_FALSE(done.ok());
+    EXPECT_THAT(done.error().describe(), ::testing::HasSubstr("main"));
+  });
+  served("alpha", [&](auto target) { EXPECT_TRUE(target.ok() && target->submit(operation).ok()); });
+}
+
 TEST_F(ServeProcessTest, a_failing_setup_script_ends_it_with_the_line) {
   std::ofstream(in_folder("setup.jsonl")) << "\n"
                                           << R"({"fit":{"entity":"nothing"}})"

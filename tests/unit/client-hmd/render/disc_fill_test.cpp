@@ -45,8 +45,8 @@ TEST(DiscFill, CountsTheSquareOfADiscInThePicture_V3) {
 }
 
 TEST(DiscFill, CountsNoMoreThanThePictureAndNothingBehindTheEye_V3) {
-  EXPECT_NEAR(disc_cost_px({0.0F, 0.0F, 0.0F}, 1.0F, from_above()) - of_any(),
-              viewport_px.x * viewport_px.y, 1.0F);
+  EXPECT_NEAR(disc_cost_px({0.0F, 0.0F, 0.0F}, 1.0F, from_above()) - of_any(), viewport_px.x * viewport_px.y,
+              1.0F);
   EXPECT_EQ(disc_cost_px({0.0F, 0.0F, distance_m + 0.1F}, 1.0F, from_above()), of_any());
   EXPECT_EQ(disc_cost_px({0.0F, 0.0F, distance_m}, 1.0F, from_above()), of_any()) << "in the eye itself";
   EXPECT_EQ(disc_cost_px({1e4F, -1e4F, 0.0F}, 1.0F, from_above()), of_any());
@@ -61,8 +61,8 @@ TEST(DiscFill, EstimatesPointsFromASampleOfThem_V3) {
   for (std::uint32_t i = 0; i < 10'007; ++i) {
     const float x = 0.4F * (static_cast<float>(i) / 10'007.0F - 0.5F);
     set.points.push_back({{x, 0.3F * x, 0.1F * x}, i % 2});
-    exact += static_cast<double>(
-        disc_cost_px({x, 0.3F * x, 0.1F * x}, set.styles[i % 2].radius_m, from_above()));
+    exact +=
+        static_cast<double>(disc_cost_px({x, 0.3F * x, 0.1F * x}, set.styles[i % 2].radius_m, from_above()));
   }
   EXPECT_NEAR(cost_px(set.points, set.styles, from_above()) / exact, 1.0, 0.1);
   EXPECT_EQ(cost_px({}, set.styles, from_above()), 0.0);

@@ -86,6 +86,19 @@ TEST_F(HistoryOfUsers, U1_EachTakesBackTheirOwnNewestStep) {
   EXPECT_EQ(refused(by(ann, redo())), "there is nothing to redo");
 }
 
+// A name that is one's own would read as if oneself had done it, and could take it back.
+TEST_F(HistoryOfUsers, U1_WhoHasGoneOnInAnotherProgramOfTheirsIsToldSo) {
+  v1::Operation elsewhere = by(bob, rename("seat", "Bench"));
+  elsewhere.set_author("Ann");
+  must(by(ann, create("seat")));
+  must(by(ann, rename("seat", "Seat")));
+  must(elsewhere);
+  EXPECT_EQ(
+      model_.history().undo_refused(ann),
+      "\"Rename \"seat\" to \"Seat\"\" is not taken back: another program of yours has changed \"Seat\" "
+      "since (Rename \"Seat\" to \"Bench\")");
+}
+
 TEST_F(HistoryOfUsers, U1_RefusedWhereSomebodyElseHasGoneOnWithWhoAndWhat) {
   must(by(ann, create("seat")));
   must(by(ann, rename("seat", "Seat")));

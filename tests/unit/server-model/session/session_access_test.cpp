@@ -199,6 +199,60 @@ TEST_F(SessionAccessTest, LeasesOfWhoIsDemotedOrRevokedEndAtOnce) {
   }
 }
 
+// A script that works on a model and never joins it.
+TEST_F(SessionAccessTest, WritesDownOnceWhoWorksWithoutJoining) {
+  net::PeerInfo info;
+  info.role = v1::ROLE_COMMENTER;
+  info.name = "script";
+  info.protocol_minor = net::protocol_minor;
+  info.uid = ann_uid;
+  const auto ann = std::make_shared<test::FakeConnection>(++last_id_, info);
+  ASSERT_TRUE(events_.on_join(ann).ok());
+  const auto asks_only = std::make_shared<test::FakeConnection>(++last_id_, info);
+  ASSERT_TRUE(events_.on_join(asks_only).ok());
+  v1::Query models;
+  models.mutable_models();
+  EXPECT_EQ(ask(asks_only, models).models().models_size(), 1);
+  leave(asks_only);
+  EXPECT_EQ(outcome(ann, comment("c1")), "");
+  EXPECT_EQ(outcome(ann, comment("c2")), "");
+  leave(ann);
+  gate_->flush();
+  const auto entries = command().audit(100);
+  ASSERT_TRUE(entries.ok());
+  std::vector<std::string> of_ann;
+  for (const auto& entry : *entries) {
+    if (entry.event.user == "ann" && entry.kind != "role")
+      of_ann.push_back(entry.kind + " " + entry.event.model);
+  }
+  EXPECT_THAT(of_ann, ::testing::ElementsAre("join main", "leave main"));
+}
+
+TEST_F(SessionAccessTest, WhoHasARoleInAnotherModelOnlyIsToldOfIt) {
+  ASSERT_TRUE(command().set_role("eve", "seat", v1::ROLE_VIEWER, now_s).ok());
+  gate_->poll();
+  net::PeerInfo info;
+  info.role = v1::ROLE_VIEWER;
+  info.name = "client";
+  info.protocol_minor = net::protocol_minor;
+  info.uid = eve_uid;
+  const auto eve = std::make_shared<test::FakeConnection>(++last_id_, info);
+  ASSERT_TRUE(events_.on_join(eve).ok());
+  v1::Envelope models, history;
+  models.mutable_ask()->set_request(1);
+  models.mutable_ask()->mutable_query()->mutable_models();
+  history.mutable_ask()->set_request(2);
+  history.mutable_ask()->mutable_query()->mutable_people();
+  ASSERT_TRUE(say(eve, models).ok());
+  ASSERT_TRUE(say(eve, history).ok());
+  (void)settled();
+  std::vector<std::string> answers;
+  for (const v1::Envelope& sent : eve->sent()) {
+    if (sent.has_answer()) answers.push_back(sent.answer().failure().code());
+  }
+  EXPECT_THAT(answers, ::testing::ElementsAre("", "permission_denied"));
+}
+
 TEST_F(SessionAccessTest, IsWrittenDown) {
   const auto ann = come(ann_uid, v1::ROLE_COMMENTER);
   v1::Operation shape;

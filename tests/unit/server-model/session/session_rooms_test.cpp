@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "server-model/store/model_store.h"
+#include "tests/support/fault_disk.h"
 #include "tests/support/stepped_queue.h"
 #include "tests/unit/server-model/session/peers_fixture.h"
 
@@ -194,6 +195,67 @@ TEST_F(RoomsTest, U5_a_damaged_file_is_refused_by_its_name_and_hurts_no_other) {
     EXPECT_EQ(model.problem().empty(), model.name() != "letter");
   }
   EXPECT_EQ(fs::file_size(models() / "letter.handloft"), 36U) << "never written over";
+}
+
+TEST_F(RoomsTest, U5_who_names_no_model_gets_no_other_for_one_that_is_damaged) {
+  ServerOptions options;
+  options.model_name = "other";
+  options.nameless = make_error(ErrorCode::data_corrupt, "main is damaged", "join.model");
+  options.rooms.folder = models();
+  options.rooms.queue = queue_;
+  options.rooms.open = open;
+  start(std::move(options));
+  const auto ann = connect(v1::ROLE_OWNER, "Ann");
+  v1::Envelope join;
+  join.mutable_join();
+  const Status nameless = say(ann, join);
+  ASSERT_FALSE(nameless.ok());
+  EXPECT_EQ(nameless.error().message, "main is damaged");
+  // A script that never joins would work on the first model.
+  v1::Envelope operation, question;
+  operation.mutable_submit()->mutable_operation()->mutable_create_dual_shape()->set_id("seat");
+  EXPECT_FALSE(say(ann, operation).ok());
+  question.mutable_ask()->mutable_query()->mutable_people();
+  EXPECT_FALSE(say(ann, question).ok());
+  v1::Query which;
+  which.mutable_models();
+  EXPECT_GE(ask(ann, which).models().models_size(), 1);
+  const auto bo = on("other");
+  EXPECT_EQ(joined_model(bo), "other");
+  draw(bo, "cushion");
+  EXPECT_TRUE(sees(bo, "cushion"));
+}
+
+TEST_F(RoomsTest, U5_a_model_that_takes_no_more_is_listed_so) {
+  test::FaultDisk disk;
+  const auto writer = std::make_shared<test::SteppedQueue>(),
+             snapshots = std::make_shared<test::SteppedQueue>();
+  store::ModelStoreOptions kept;
+  kept.log.vfs = disk.name();
+  kept.log.mark = store::LogOptions::Mark::none;
+  kept.commit.queue = writer;
+  kept.snapshots = snapshots;
+  auto opened = store::ModelStore::open("/first.handloft", {}, std::move(kept));
+  ASSERT_TRUE(opened.ok()) << opened.error().describe();
+  ServerOptions options;
+  options.model_name = "first";
+  options.rooms.queue = queue_;
+  options.actor.store = opened->store;
+  start(std::move(options), std::move(opened->model));
+  EXPECT_EQ(listed().at("first").problem, "");
+  disk.fail_at(0, test::FaultDisk::Failure::full_for_good);
+  const auto ann = joined(v1::ROLE_OWNER, "Ann");
+  v1::Operation operation;
+  operation.mutable_create_dual_shape()->set_id("seat");
+  submit(ann, operation);
+  (void)settled();
+  writer->run_all();
+  EXPECT_THAT(listed().at("first").problem, HasSubstr("full"));
+  v1::Query query;
+  query.mutable_models();
+  EXPECT_THAT(ask(ann, query).models().models(0).problem(), HasSubstr("full"));
+  peers_->stop();  // While there is a disk.
+  start({});
 }
 
 TEST_F(RoomsTest, U2_only_owners_make_models_and_not_too_many) {
