@@ -1,6 +1,7 @@
 #pragma once
 // One who is connected, as the peers keep it (peers.h).
 
+#include <any>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -93,6 +94,12 @@ struct Peer {
 inline constexpr std::uint32_t sharing_since_minor = 2;
 inline bool knows_sharing(const Peer& peer) {
   return peer.connection->peer().protocol_minor >= sharing_since_minor;
+}
+
+/// Null: of nobody who is here.
+inline std::shared_ptr<Peer> peer_of(const net::ConnectionPtr& connection) {
+  const auto* held = std::any_cast<std::weak_ptr<Peer>>(&connection->user_data);
+  return held == nullptr ? nullptr : held->lock();
 }
 
 inline RoomPtr room_of(Peer& peer) {

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <any>
 #include <utility>
 
 #include "server-model/session/peer.h"
@@ -58,11 +57,6 @@ void send_ack(Peer& peer, std::uint64_t request, const Result<ModelActor::Outcom
     set_failure(*ack.mutable_failure(), outcome.error());
   }
   peer.connection->send(envelope);  // false: the peer is gone
-}
-
-PeerPtr peer_of(const net::ConnectionPtr& connection) {
-  const auto* held = std::any_cast<std::weak_ptr<Peer>>(&connection->user_data);
-  return held == nullptr ? nullptr : held->lock();
 }
 
 }  // namespace

@@ -3,7 +3,8 @@
 // may do (U2), which model they work on (rooms.h), and what each is sent. All of the server but its sockets
 // (server.h).
 //
-//   peers.cpp          who comes, joins and goes; presence and people
+//   peers.cpp          who comes, joins and goes
+//   peers_here.cpp     what all who are there are told, and figures
 //   peer_requests.cpp  what they ask for, and the scenes that they are sent
 
 #include <atomic>
