@@ -497,7 +497,8 @@ std::string OptionTable::help() const {
 ProgramFacts OptionTable::facts() const {
   ProgramFacts facts{implementation_->program, implementation_->description, {}, {}};
   for (const auto& word : implementation_->positionals)
-    facts.words.push_back({word->name, "", "", word->rule.choices, word->help, ""});
+    facts.words.push_back(
+        {word->name, "", "", word->rule.choices, word->help, "", word->presence == Presence::required});
   for (const auto& option : implementation_->options) {
     const auto [value, preset] = std::visit(Describe{*option}, option->target);
     OptionFacts one{option->flag, "", value, option->rule.choices, option->help, preset};

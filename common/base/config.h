@@ -56,7 +56,8 @@ struct OptionFacts {
   std::string value;                 ///< "ENDPOINT"; empty: takes none.
   std::vector<std::string> choices;  ///< Empty: any.
   std::string help;
-  std::string preset;  ///< The default; may be empty.
+  std::string preset;     ///< The default; may be empty.
+  bool required = false;  ///< Of a word: the program asks for it.
 };
 
 struct ProgramFacts {

@@ -78,7 +78,8 @@ std::string all_described(const ProgramFacts& facts) {
 
 std::string synopsis(const ProgramFacts& facts) {
   std::string out = fmt::format("\\fB{}\\fR [\\fIOPTIONS\\fR]", roff(facts.program));
-  for (const OptionFacts& word : facts.words) out += fmt::format(" [\\fI{}\\fR]", roff(word.flag));
+  for (const OptionFacts& word : facts.words)
+    out += fmt::format(fmt::runtime(word.required ? " \\fI{}\\fR" : " [\\fI{}\\fR]"), roff(word.flag));
   return out + "\n";
 }
 
@@ -86,6 +87,8 @@ std::string files_and_status() {
   return ".SH EXIT STATUS\n0 done, 1 it failed, 2 the command line or the configuration is wrong.\n"
          ".SH ENVIRONMENT\n.TP\nXDG_RUNTIME_DIR\nThe sockets of this user lie in its folder "
          "\\fIhandloft\\fR.\n"
+         ".TP\nXDG_CONFIG_HOME, XDG_STATE_HOME\nServers that this user is paired with, and users of a server "
+         "of this user, lie in the folders \\fIhandloft\\fR there.\n"
          ".SH SEE ALSO\n\\fBhandloft\\-modeld\\fR(1), \\fBhandloft\\-trackd\\fR(1), "
          "\\fBhandloft\\-hmd\\fR(1)\n";
 }

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <random>
+#include <utility>
 
 #include "common/base/plain_text.h"
 #include "common/net/message_server.h"
@@ -68,7 +69,24 @@ short poll_events(const StreamOutcome& outcome) {
   return outcome.state == StreamOutcome::State::wants_write ? POLLOUT : POLLIN;
 }
 
+namespace {
+
+/// Whether there is time for another look. A socket that is always ready, and gives nothing, must not keep
+/// anybody beyond the deadline: after it there is one look more.
+class Looks {
+ public:
+  explicit Looks(SteadyTime deadline) : deadline_(deadline) {}
+  bool another() { return !std::exchange(last_, std::chrono::steady_clock::now() >= deadline_); }
+
+ private:
+  SteadyTime deadline_;
+  bool last_ = false;
+};
+
+}  // namespace
+
 Status send_all(Link& link, std::string_view bytes, SteadyTime deadline) {
+  Looks looks(deadline);
   while (!bytes.empty()) {
     const StreamOutcome outcome =
         link.stream->write({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
@@ -77,8 +95,11 @@ Status send_all(Link& link, std::string_view bytes, SteadyTime deadline) {
       continue;
     }
     if (outcome.state == StreamOutcome::State::failed) return lost(outcome.problem);
-    pollfd ready{link.fd.get(), poll_events(outcome), 0};
-    if (poll(&ready, 1, milliseconds_left(deadline)) == 0) {
+    if (outcome.state == StreamOutcome::State::ended) return lost("the server closed it");
+    pollfd waiting{link.fd.get(), poll_events(outcome), 0};
+    const int ready = poll(&waiting, 1, milliseconds_left(deadline));
+    if (ready < 0 && errno != EINTR) return lost(std::strerror(errno));
+    if (ready == 0 || !looks.another()) {
       return make_error(ErrorCode::timeout, "the server does not read", "connection");
     }
   }
@@ -87,6 +108,7 @@ Status send_all(Link& link, std::string_view bytes, SteadyTime deadline) {
 
 Status receive_one(Link& link, FrameDecoder& decoder, v1::Envelope& envelope, SteadyTime deadline,
                    int cancel_fd) {
+  Looks looks(deadline);
   for (;;) {
     const auto payload = decoder.next();
     if (!payload) return payload.error();
@@ -104,10 +126,11 @@ Status receive_one(Link& link, FrameDecoder& decoder, v1::Envelope& envelope, St
                                   pollfd{cancel_fd, POLLIN, 0}};
     const int ready = poll(waiting.data(), waiting.size(), milliseconds_left(deadline));
     if (ready < 0 && errno != EINTR) return lost(std::strerror(errno));
-    if (ready == 0) return make_error(ErrorCode::timeout, "no message came in time", "connection");
     if (ready > 0 && waiting[1].revents != 0) {
       return make_error(ErrorCode::cancelled, "stopped by us", "connection");
     }
+    if (ready == 0 || !looks.another())
+      return make_error(ErrorCode::timeout, "no message came in time", "connection");
   }
 }
 

@@ -17,6 +17,7 @@
 #include <boost/beast/http.hpp>
 #include <cerrno>
 #include <chrono>
+#include <list>
 #include <utility>
 
 #include "common/base/version.h"
@@ -30,7 +31,7 @@ namespace http = boost::beast::http;
 using Stream = beast::basic_stream<asio::generic::stream_protocol>;
 
 constexpr std::size_t longest_request_bytes = 8 << 10;
-constexpr int most_connections = 8;
+constexpr std::size_t most_connections = 32;
 constexpr auto patience = std::chrono::seconds(5);
 constexpr auto pause_after_failure = std::chrono::milliseconds(100);
 
@@ -84,7 +85,7 @@ struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServe
   std::function<std::string()> text;
   Logger log;
   HealthChecks health;
-  int connections = 0;
+  std::list<std::shared_ptr<Stream>> connections;  ///< The oldest first.
 
   asio::awaitable<void> accept_all() {
     boost::system::error_code error;
@@ -92,7 +93,12 @@ struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServe
       const int fd = ::accept4(listener.fd.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
       if (fd >= 0) {
         FileDescriptor peer(fd);
-        if (connections >= most_connections || !check_peer(fd, listener.endpoint)) continue;
+        if (!check_peer(fd, listener.endpoint)) continue;
+        // Those who say nothing must not keep out who asks how the server is: the oldest goes.
+        if (connections.size() >= most_connections) {
+          connections.front()->socket().close(error);
+          connections.pop_front();
+        }
         serve(std::move(peer));
         continue;
       }
@@ -115,12 +121,12 @@ struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServe
     stream->socket().assign(asio::generic::stream_protocol(family, 0), peer.get(), error);
     if (error) return;
     (void)peer.release();
-    ++connections;
+    connections.push_back(stream);
     asio::co_spawn(
         strand,
         [self = shared_from_this(), stream]() -> asio::awaitable<void> {
           co_await self->converse(*stream);
-          --self->connections;
+          self->connections.remove(stream);
         },
         asio::detached);
   }
@@ -131,7 +137,9 @@ struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServe
     http::request_parser<http::empty_body> parser;
     parser.header_limit(longest_request_bytes);
     stream.expires_after(patience);
-    co_await http::async_read(stream, buffer, parser, asio::redirect_error(asio::use_awaitable, error));
+    // A body, which nothing that is asked here has, is left unread, and who sends one is told so.
+    co_await http::async_read_header(stream, buffer, parser,
+                                     asio::redirect_error(asio::use_awaitable, error));
     if (error) co_return;
     http::response<http::string_body> response = answer(parser.get(), program, text, health);
     http::response_serializer<http::string_body> serializer(response);

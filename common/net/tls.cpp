@@ -140,7 +140,11 @@ class TlsStream final : public ByteStream {
     std::size_t count = 0;
     ERR_clear_error();
     const int result = SSL_write_ex(session_.get(), bytes.data(), bytes.size(), &count);
-    return outcome(result, count);
+    StreamOutcome written = outcome(result, count);
+    // Within the handshake: what is to be written would never be.
+    if (written.state == StreamOutcome::State::ended)
+      written = {StreamOutcome::State::failed, 0, "the peer closed it"};
+    return written;
   }
   void end_writing() override {
     const std::lock_guard lock(mutex_);

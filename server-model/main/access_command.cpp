@@ -20,6 +20,7 @@
 #include "server-model/access/access_file.h"
 #include "server-model/access/names.h"
 #include "server-model/main/serve_command.h"
+#include "server-model/main/standard_output.h"
 
 namespace handloft::model {
 
@@ -372,7 +373,10 @@ ExitStatus run(OptionTable& table, const std::vector<std::string>& arguments, co
   }
   const std::string text =
       json ? found->json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n" : found->words;
-  std::fputs(text.c_str(), stdout);
+  if (const Status told = tell(text); !told) {
+    complain(told.error());
+    return exit_failed;
+  }
   return exit_ok;
 }
 

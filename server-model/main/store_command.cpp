@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
@@ -16,6 +17,7 @@
 
 #include "common/base/config.h"
 #include "server-model/exchange/atomic_file.h"
+#include "server-model/main/standard_output.h"
 #include "server-model/model/canonical.h"
 #include "server-model/session/cad_process.h"
 #include "server-model/session/export.h"
@@ -132,7 +134,7 @@ Result<Json> list_model(const fs::path& path, Listing listing, Findings& found) 
   }
   const Status problem = !summary                      ? Status(summary.error())
                          : listing == Listing::checked ? problem_of(*log)
-                                                       : Status();
+                                                       : log->holds_what_was_saved();
   if (!problem) {
     one["problem"] = problem.error().message;
     found.words += fmt::format("  {}\n", problem.error().message);
@@ -230,6 +232,11 @@ Result<Findings> tell_history(const std::string& file, std::uint64_t from, std::
   });
   if (!status && status.error().code != ErrorCode::cancelled) return status.error();
   if (found.words.empty()) found.words = "no operations\n";
+  if (const Status saved = log->holds_what_was_saved(); !saved) {
+    found.json["problem"] = saved.error().message;
+    found.words += fmt::format("damaged: {}\n", saved.error().message);
+    found.status = exit_failed;
+  }
   return found;
 }
 
@@ -396,10 +403,27 @@ Result<Findings> export_script(const OperationLog& log, const fs::path& to, std:
   return found;
 }
 
+/// No export writes over a model, which is nothing but what was done to it, nor over the users of a server.
+Status check_target(const std::string& to) {
+  constexpr std::string_view begin_of_database = "SQLite format 3";
+  std::string begin(begin_of_database.size(), '\0');
+  std::ifstream there(to, std::ios::binary);
+  there.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  if (begin != begin_of_database) return {};
+  return make_error(
+      ErrorCode::already_exists,
+      fmt::format("{} is a model or another database, expected a file to write over or none", to), "TO");
+}
+
 Result<Findings> export_file(const std::string& file, const std::string& to, std::uint64_t at,
                              const std::string& version) {
+  if (const Status free = check_target(to); !free) return free.error();
   auto log = OperationLog::open(file, OperationLog::Access::read);
   if (!log) return log.error();
+  // What is asked for by its number is as it was; the newest state would lack something.
+  if (at == 0 && version.empty()) {
+    if (const Status saved = log->holds_what_was_saved(); !saved) return saved.error();
+  }
   store::RecoveryOptions options;
   std::string digest;
   auto until = moment(*log, at, version, digest);
@@ -487,7 +511,7 @@ const std::map<std::string, Command>& commands() {
         [](const Arguments& given) { return tell_history(given.file, given.from, given.count); }}},
       {"verify",
        {"Checks every record of a model against its checksum and its place, and tells what is damaged. "
-        "Writes nothing.",
+        "Changes nothing of it.",
         [file](OptionTable& options, Arguments& to) {
           file(options, to);
           options.add("replay", to.replay, "Also apply every operation anew and compare with the snapshots");
@@ -563,7 +587,10 @@ ExitStatus store_command(const std::string& name, const std::vector<std::string>
   }
   const std::string text =
       given.json ? found->json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n" : found->words;
-  std::fputs(text.c_str(), stdout);
+  if (const Status told = tell(text); !told) {
+    complain(told.error());
+    return exit_failed;
+  }
   return found->status;
 }
 

@@ -46,6 +46,9 @@ Result<fs::path> place(const std::string& path, const fs::path& folder, FileAcce
 bool is_of(const fs::path& target, const fs::path& own) {
   std::error_code failed;
   const fs::path found = fs::weakly_canonical(target, failed);
+  // No file can be opened by such a name: what writes says so better.
+  if (failed == std::errc::filename_too_long || failed == std::errc::too_many_symbolic_link_levels)
+    return false;
   if (failed) return true;  // Nothing is known of it.
   const fs::path kept = fs::weakly_canonical(own, failed);
   if (failed) return false;

@@ -86,6 +86,13 @@ Result<std::string> answer_line(std::string_view line, ScriptTarget& target, Rem
   }
   handloft::v1::Operation operation;
   if (auto status = from_json(line, operation); !status) return status.error();
+  // Two lines with one number would be taken for one operation that is sent again.
+  if (operation.client_op_id() != 0) {
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("found {}, expected none: no line of a script is sent twice", operation.client_op_id()),
+        "clientOpId");
+  }
   auto outcome = target.submit(operation);
   if (!outcome) return outcome.error();
   nlohmann::ordered_json result;

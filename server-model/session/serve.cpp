@@ -115,8 +115,18 @@ Result<Served> served_file(const ServeOptions& options, const std::filesystem::p
                            const Logger& log) {
   auto opened = open_file(path, name, log);
   if (!opened) return opened.error();
-  if (opened->model.sequence() != 0)
+  if (opened->model.sequence() != 0) {
+    if (!options.script.empty())
+      log.with("model", name)
+          .warning("\"{}\" is not run: {} has {} operations already", options.script, path.string(),
+                   opened->model.sequence());
     return Served{std::move(opened->model), std::move(opened->store), std::move(name)};
+  }
+  // A script that fails leaves the file as it was: with the half of it the next start would go on.
+  if (!options.script.empty()) {
+    auto tried = scripted_model(options, model::Model(model::Document(), model::context_on_all_cores()));
+    if (!tried) return tried.error();
+  }
   auto model = scripted_model(options, std::move(opened->model));
   if (!model) return model.error();
   return Served{*std::move(model), std::move(opened->store), std::move(name)};
@@ -373,6 +383,11 @@ class Session {
     figures_.capture_to_delta = server_->capture_to_delta();
     // What waits for the disk is answered before its client is told good-bye.
     server_->flush();
+    for (const WatchedModel& model : watched_models()) {
+      const Status kept = model.kept ? model.kept() : Status();
+      if (!kept)
+        log_.with("model", model.name).error("ends without its last operations: {}", kept.error().message);
+    }
     server_->stop();
     tracking_.reset();
     close_until_ = clock_.now() + close_timeout;

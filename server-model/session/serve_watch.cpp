@@ -67,6 +67,12 @@ struct ServeWatch::Implementation : std::enable_shared_from_this<ServeWatch::Imp
       const Status living = alive(each);
       if (!living && !each.told) log.with("model", each.model.name).error("{}", living.error().message);
       each.told = !living;
+      // Those who work on it are told with their next operation; who looks after the server only here.
+      const Status saved = kept(each);
+      if (!saved && !each.told_unkept)
+        log.with("model", each.model.name)
+            .error("takes no more operations, and the last ones are not saved: {}", saved.error().message);
+      each.told_unkept = !saved;
       if (each.life->waiting.exchange(true)) continue;
       each.model.ask([life = each.life, &time = clock] {
         life->answered_ns = to_ns(time.now());
@@ -85,8 +91,13 @@ struct ServeWatch::Implementation : std::enable_shared_from_this<ServeWatch::Imp
   struct Watched {
     WatchedModel model;
     std::shared_ptr<Life> life;
-    bool told = false;  ///< That it hangs.
+    bool told = false;         ///< That it hangs.
+    bool told_unkept = false;  ///< That its disk fails.
   };
+
+  static Status kept(const Watched& each) {
+    return each.model.kept && !each.model.held.expired() ? each.model.kept() : Status();
+  }
 
   Duration silence_of(const Watched& each) const { return clock.now() - from_ns(each.life->answered_ns); }
 
@@ -128,10 +139,10 @@ struct ServeWatch::Implementation : std::enable_shared_from_this<ServeWatch::Imp
     if (Status server_is = hooks.ready ? hooks.ready() : Status(); !server_is) return server_is;
     return all([this](const Watched& each) -> Status {
       if (Status living = alive(each); !living) return living;
-      const Status kept = each.model.kept && !each.model.held.expired() ? each.model.kept() : Status();
-      if (kept) return {};
-      return make_error(kept.error().code,
-                        fmt::format("the model \"{}\": {}", each.model.name, kept.error().message), "model");
+      const Status saved = kept(each);
+      if (saved) return {};
+      return make_error(saved.error().code,
+                        fmt::format("the model \"{}\": {}", each.model.name, saved.error().message), "model");
     });
   }
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -32,8 +33,25 @@ Status flush(const fs::path& path, int flags) {
 /// Goes with all that SQLite has put beside it; what it was renamed to stays.
 class Part {
  public:
-  explicit Part(fs::path path) : path_(std::move(path)) { remove(); }
-  ~Part() { remove(); }
+  /// A new file, which nobody else can have meant, for its owner alone. Errors: io; not_found;
+  /// permission_denied.
+  static Result<Part> beside(const fs::path& to) {
+    std::string name = to.string() + ".part-XXXXXX";
+    const int file = ::mkostemp(name.data(), O_CLOEXEC);
+    if (file < 0) {
+      const ErrorCode code = errno == ENOENT                     ? ErrorCode::not_found
+                             : errno == EACCES || errno == EROFS ? ErrorCode::permission_denied
+                                                                 : ErrorCode::io;
+      return make_error(code, fmt::format("{}: {}", to.string(), std::strerror(errno)), "TO");
+    }
+    ::close(file);
+    return Part(std::move(name));
+  }
+  ~Part() {
+    if (!path_.empty()) remove();
+  }
+  Part(Part&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+  Part& operator=(Part&&) = delete;
   Part(const Part&) = delete;
   Part& operator=(const Part&) = delete;
   const fs::path& path() const { return path_; }
@@ -48,6 +66,7 @@ class Part {
   }
 
  private:
+  explicit Part(fs::path path) : path_(std::move(path)) {}
   void remove() const {
     std::error_code ignored;
     fs::remove(path_, ignored);
@@ -63,10 +82,14 @@ Result<Backup> back_up(const fs::path& model, const fs::path& to) {
   if (fs::exists(to, ignored))
     return make_error(ErrorCode::already_exists, fmt::format("{} is there already", to.string()), "TO");
   // Says what is no model, before anything is written.
+  // What is saved from here on may be in the copy, and all before it must be.
+  const auto mark = AckMark::read(model);
   if (auto log = OperationLog::open(model, OperationLog::Access::read); !log) return log.error();
   auto from = Database::open(model, Database::Access::read, "");
   if (!from) return from.error();
-  Part part(to.string() + ".part");
+  auto made = Part::beside(to);
+  if (!made) return made.error();
+  Part part = *std::move(made);
   {
     auto copy = Database::open(part.path(), Database::Access::create, "");
     if (!copy) return copy.error();
@@ -81,6 +104,11 @@ Result<Backup> back_up(const fs::path& model, const fs::path& to) {
     if (!check.good())
       return make_error(ErrorCode::data_corrupt,
                         fmt::format("{}: {}", model.string(), check.damages[0].words()), "MODEL");
+    if (const Status saved = log->holds_what_was_saved(mark); !saved)
+      return make_error(saved.error().code,
+                        fmt::format("{} lacks what was saved, and was not copied: {}", model.string(),
+                                    saved.error().message),
+                        "MODEL");
     backup.operations = log->last_sequence();
   }
   backup.bytes = fs::file_size(part.path(), ignored);

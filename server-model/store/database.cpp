@@ -1,5 +1,6 @@
 #include "server-model/store/database.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
 #include <unistd.h>
@@ -84,6 +85,14 @@ bool cannot_change(const std::filesystem::path& path) {
          !std::filesystem::exists(path.string() + "-shm", missing);
 }
 
+/// Roles are checked by the server; whoever may read the file needs none. SQLite gives what it puts beside a
+/// file the same mode. Whatever goes wrong is told when it is opened.
+void keep_private(const std::filesystem::path& path) {
+  constexpr mode_t owner_only = 0600;
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, owner_only);
+  if (file >= 0) ::close(file);
+}
+
 std::string as_uri(const std::string& path) {
   std::string uri = "file:";
   for (const char c : path) {
@@ -106,6 +115,7 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
   Database database;
   database.path_ = path.string();
   sqlite3* connection = nullptr;
+  if (access == Access::create && vfs.empty()) keep_private(path);
   const bool still = access == Access::read && vfs.empty() && cannot_change(path);
   const std::string name = still ? as_uri(database.path_) + "?immutable=1" : database.path_;
   if (still) flags |= SQLITE_OPEN_URI;
@@ -176,6 +186,13 @@ Status Database::checkpoint() {
   }
   *pages_waiting_ = 0;
   return {};
+}
+
+bool Database::moved() const {
+  int moved = 0;
+  // A vfs that does not know says nothing.
+  return sqlite3_file_control(connection_.get(), "main", SQLITE_FCNTL_HAS_MOVED, &moved) == SQLITE_OK &&
+         moved != 0;
 }
 
 Status Database::copy_to(Database& to) const {

@@ -68,6 +68,9 @@ class Database {
   /// Copies them; harmless when it fails, since the write-ahead log keeps all.
   Status checkpoint();
 
+  /// Whether its file is no longer where it was opened: removed, renamed, or another one.
+  bool moved() const;
+
   /// All of it as it is now, while others write it (SQLite's online backup): `to` is overwritten.
   Status copy_to(Database& to) const;
 

@@ -60,22 +60,7 @@ class Checker {
   }
 
   void mark() {
-    const auto mark = AckMark::read(log_.path());
-    if (!mark) return;
-    const auto chain = log_.chain_at(mark->sequence);
-    if (!chain) {
-      tell("end",
-           fmt::format(
-               "operation {} was saved, but found only those up to {}: the write-ahead log ({}-wal) is "
-               "damaged or missing, or an older copy of the file was put here (then remove {}-mark)",
-               mark->sequence, check_.good_sequence, log_.path().string(), log_.path().string()));
-    } else if (*chain != mark->chain) {
-      tell("end",
-           fmt::format(
-               "operation {} is not the one that was saved there: found checksum {:.16}, expected {:.16}",
-               mark->sequence, model::to_hex(model::as_bytes(*chain)),
-               model::to_hex(model::as_bytes(mark->chain))));
-    }
+    if (const Status saved = log_.holds_what_was_saved(); !saved) tell("end", saved.error().message);
   }
 
   void snapshots() {

@@ -298,6 +298,21 @@ Result<LogRules> OperationLog::read_rules() const {
   return rules;
 }
 
+Status OperationLog::holds_what_was_saved(const std::optional<AckMark::Mark>& mark) const {
+  if (!mark) return {};
+  const auto chain = chain_at(mark->sequence);
+  if (!chain) {
+    return damaged(fmt::format(
+        "operation {} was saved, but found only those up to {}: the write-ahead log ({}-wal) is damaged or "
+        "missing, or an older copy of the file was put here (then remove {})",
+        mark->sequence, end_.sequence, path_.string(), AckMark::path_of(path_)));
+  }
+  if (*chain == mark->chain) return {};
+  return damaged(fmt::format(
+      "operation {} is not the one that was saved there: found checksum {:.16}, expected {:.16}",
+      mark->sequence, model::to_hex(model::as_bytes(*chain)), model::to_hex(model::as_bytes(mark->chain))));
+}
+
 Status OperationLog::write_format() {
   for (const std::string& sql :
        {std::string("DROP TABLE IF EXISTS rules"), std::string(rules_schema), rules_row(identity_, rules_),
@@ -338,6 +353,11 @@ Status OperationLog::append(std::span<const LogRecord> records) {
     }
     ++now.sequence;
   }
+  if (database_.moved())
+    return fail(make_error(ErrorCode::io,
+                           fmt::format("{} was removed or moved while it was being written: nothing more is "
+                                       "saved",
+                                       path_.string())));
   if (auto status = database_.begin(); !status) return fail(status.error());
   if (format_ < schema_version) {
     if (auto status = write_format(); !status) {

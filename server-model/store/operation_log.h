@@ -151,6 +151,12 @@ class OperationLog {
   Result<LogRules> read_rules() const;
   /// Of this record; 0: the start. Errors: not_found; data_corrupt.
   Result<Digest> chain_at(std::uint64_t sequence) const;
+  /// Whether all is there that the mark beside the file says was saved: SQLite takes a write-ahead log only
+  /// up to its first damage, and says nothing of what came after it. Without a mark nothing is known. Errors:
+  /// data_corrupt, with how far it goes.
+  Status holds_what_was_saved() const { return holds_what_was_saved(AckMark::read(path_)); }
+  /// The same by the mark of another file, of which this one is a copy.
+  Status holds_what_was_saved(const std::optional<AckMark::Mark>& mark) const;
   /// Ends writing.
   Status fail(const Error& error);
 

@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "common/net/metrics_server.h"
 #include "common/net/service_manager.h"
@@ -21,16 +22,19 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-std::string get(const Endpoint& endpoint, const std::string& target) {
+std::string asked(const Endpoint& endpoint, const std::string& request) {
   auto socket = connect_to(endpoint, 5000);
   EXPECT_TRUE(socket.ok());
-  const std::string request = "GET " + target + " HTTP/1.1\r\nHost: x\r\n\r\n";
   EXPECT_EQ(::send(socket->get(), request.data(), request.size(), 0), static_cast<ssize_t>(request.size()));
   std::string answer;
   std::array<char, 4096> buffer{};
   for (ssize_t got = 0; (got = ::recv(socket->get(), buffer.data(), buffer.size(), 0)) > 0;)
     answer.append(buffer.data(), static_cast<std::size_t>(got));
   return answer;
+}
+
+std::string get(const Endpoint& endpoint, const std::string& target) {
+  return asked(endpoint, "GET " + target + " HTTP/1.1\r\nHost: x\r\n\r\n");
 }
 
 TEST(Health, IsAskedEachTimeAndSaysWhatIsWrong) {
@@ -55,6 +59,17 @@ TEST(Health, IsAskedEachTimeAndSaysWhatIsWrong) {
   EXPECT_THAT(get((*server)->endpoint(), "/readyz"), HasSubstr("\r\n\r\nok\n"));
   EXPECT_THAT(get((*server)->endpoint(), "/metrics"), HasSubstr("handloft_up 1\n"));
   EXPECT_THAT(get((*server)->endpoint(), "/secrets"), StartsWith("HTTP/1.1 404"));
+  EXPECT_THAT(
+      asked((*server)->endpoint(), "POST /metrics HTTP/1.1\r\nHost: x\r\nContent-Length: 2\r\n\r\nhi"),
+      StartsWith("HTTP/1.1 405"));
+  // Those who only connect keep nobody out (A1).
+  std::vector<FileDescriptor> idle;
+  for (int i = 0; i < 100; ++i) {
+    auto socket = connect_to((*server)->endpoint(), 5000);
+    ASSERT_TRUE(socket.ok()) << i;
+    idle.push_back(*std::move(socket));
+  }
+  EXPECT_THAT(get((*server)->endpoint(), "/healthz"), StartsWith("HTTP/1.1 200"));
   (*server)->stop();
   work.reset();
   io.stop();

@@ -177,6 +177,32 @@ TEST_F(ServeProcessTest, who_names_no_model_is_told_when_main_is_damaged) {
   served("alpha", [&](auto target) { EXPECT_TRUE(target.ok() && target->submit(operation).ok()); });
 }
 
+// With the half of it the next start would go on as if nothing had been.
+TEST_F(ServeProcessTest, a_failing_setup_script_leaves_nothing_in_the_file) {
+  const std::vector<std::string> words{HANDLOFT_MODELD, "serve",
+                                       "--listen",      "unix:" + in_folder("model.sock"),
+                                       "--store",       in_folder("a.handloft"),
+                                       "--script",      in_folder("setup.jsonl")};
+  std::ofstream(in_folder("setup.jsonl")) << R"({"createDualShape":{"id":"seat"}})"
+                                          << "\n"
+                                          << R"({"fit":{"entity":"nothing"}})"
+                                          << "\n";
+  for (int i = 0; i < 2; ++i) {
+    test::Process server(words, in_folder("log"));
+    EXPECT_EQ(server.wait(patience), 1) << i;
+    EXPECT_THAT(server.error_output(), ::testing::HasSubstr("setup.jsonl:2"));
+  }
+  std::ofstream(in_folder("setup.jsonl")) << R"({"createDualShape":{"id":"seat"}})"
+                                          << "\n";
+  for (int i = 0; i < 2; ++i) {
+    test::Process server(words, in_folder("log"));
+    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(patience), 0);
+    EXPECT_EQ(server.error_output().find("is not run") != std::string::npos, i == 1) << server.error_output();
+  }
+}
+
 TEST_F(ServeProcessTest, a_failing_setup_script_ends_it_with_the_line) {
   std::ofstream(in_folder("setup.jsonl")) << "\n"
                                           << R"({"fit":{"entity":"nothing"}})"

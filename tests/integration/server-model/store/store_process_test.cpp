@@ -1,11 +1,14 @@
 // `handloft-modeld serve --store` as its users have it: what an editor was told is done is there after a kill
 // -9 (U5, D1), and the commands over the file say, check, repair and export what it holds.
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -17,6 +20,7 @@
 #include "common/net/endpoint.h"
 #include "common/net/message_client.h"
 #include "server-model/session/remote_target.h"
+#include "tests/support/eventually.h"
 #include "tests/support/process.h"
 
 namespace handloft::session {
@@ -278,6 +282,85 @@ TEST_F(StoreProcess, U1AScriptOfSeveralClientsMakesTheSameModel) {
   EXPECT_EQ(one.wait(patience), 0) << one.error_output();
   third.signal(SIGTERM);
   EXPECT_EQ(third.wait(patience), 0) << third.error_output();
+}
+
+// SQLite takes a write-ahead log up to its first damage and says nothing of the rest: no command may show
+// that as if it were all (D4).
+TEST_F(StoreProcess, D4NoCommandPassesOverWhatWasSavedAndIsGone) {
+  test::Process server(serve(), folder / "server.log");
+  ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+  {
+    auto target = connect();
+    for (int i = 0; i < 5; ++i) ASSERT_TRUE(target.submit(stroke(i)).ok());
+  }
+  server.signal(SIGKILL);
+  ASSERT_TRUE(server.wait(patience));
+  const std::string copy = (folder / "copy.handloft").string(), obj = (folder / "seat.obj").string(),
+                    script = (folder / "seat.jsonl").string();
+  EXPECT_EQ(command({"history", model}).first, 0);
+  fs::remove(model + "-wal");
+  EXPECT_EQ(command({"verify", model}).first, 1);
+  EXPECT_EQ(command({"backup", model, copy}).first, 1);
+  EXPECT_THAT(complaint_of_last(), testing::HasSubstr("was saved"));
+  for (const std::string& to : {obj, script}) {
+    EXPECT_EQ(command({"export", model, to}).first, 1);
+    EXPECT_THAT(complaint_of_last(), testing::HasSubstr("was saved"));
+  }
+  for (const std::string& made : {copy, obj, script}) EXPECT_FALSE(fs::exists(made)) << made;
+  const auto [history, told] = command({"history", model});
+  EXPECT_EQ(history, 1);
+  EXPECT_THAT(told.value("problem", ""), testing::HasSubstr("was saved"));
+  const auto [models, listed] = command({"models", folder.string()});
+  EXPECT_EQ(models, 1);
+  EXPECT_THAT(listed["models"][0].value("problem", ""), testing::HasSubstr("was saved"));
+}
+
+TEST_F(StoreProcess, D1AModelWhoseFileIsRemovedTakesNoMoreAndTheLogSaysSo) {
+  test::Process server(serve(), folder / "server.log");
+  ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+  auto target = connect();
+  ASSERT_TRUE(target.submit(stroke(0)).ok());
+  fs::remove(model);
+  // The first is refused by the disk, and whatever comes then at once.
+  EXPECT_TRUE(test::eventually([&] {
+    const auto refused = target.submit(stroke(1));
+    return !refused && refused.error().message.find("removed or moved") != std::string::npos;
+  }));
+  EXPECT_TRUE(test::eventually([&] {
+    return server.error_output().find("takes no more operations") != std::string::npos;
+  })) << server.error_output();
+  server.signal(SIGTERM);
+  EXPECT_TRUE(server.wait(patience));
+  EXPECT_THAT(server.error_output(), testing::HasSubstr("ends without its last operations"));
+}
+
+TEST_F(StoreProcess, D1NoExportWritesOverAnotherModel) {
+  {
+    test::Process server(serve(), folder / "server.log");
+    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+    ASSERT_TRUE(connect().submit(stroke(0)).ok());
+    server.signal(SIGTERM);
+    ASSERT_EQ(server.wait(patience), 0);
+  }
+  const std::string other = (folder / "other.jsonl").string();
+  fs::copy_file(model, other);
+  const auto size = fs::file_size(other);
+  for (const std::string& from : {model, other}) {
+    EXPECT_EQ(command({"export", from, other}).first, 1);
+    EXPECT_THAT(complaint_of_last(), testing::HasSubstr("is a model"));
+  }
+  EXPECT_EQ(fs::file_size(other), size);
+}
+
+TEST_F(StoreProcess, AnAnswerThatCannotBeWrittenIsAFailure) {
+  const int full = ::open("/dev/full", O_WRONLY | O_CLOEXEC);
+  if (full < 0) GTEST_SKIP() << "there is no /dev/full here";
+  ::close(full);
+  const int status = std::system((std::string(HANDLOFT_MODELD) + " models " + folder.string() +
+                                  " > /dev/full 2> " + (folder / "log").string())
+                                     .c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  EXPECT_THAT(complaint_of_last(), testing::HasSubstr("cannot write the answer"));
 }
 
 // Undo went by other rules when the first of them were written: the same model comes of the script, or none.

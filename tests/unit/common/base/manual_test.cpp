@@ -49,6 +49,16 @@ TEST(Manual, APageHasEveryOptionWithItsValueDefaultAndHelp) {
     EXPECT_THAT(page, HasSubstr(std::string("\\-\\-") + common));
 }
 
+TEST(Manual, WhatIsAskedForIsNotShownAsIfItWereOptional) {
+  std::string from, to;
+  OptionTable table{"handloft-x", "Does x."};
+  table.add_positional("FROM", from, "What to read", OptionTable::Presence::required);
+  table.add_positional("TO", to, "What to write", OptionTable::Presence::optional);
+  const auto outcome = table.parse({"--man"});
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_THAT(outcome->text, HasSubstr("[\\fIOPTIONS\\fR] \\fIFROM\\fR [\\fITO\\fR]\n"));
+}
+
 TEST(Manual, TextOfOursIsNoCommandOfThePage) {
   Fixture fixture;
   const std::string page = fixture.asked({"--man"});

@@ -4,13 +4,17 @@
 
 #include <gtest/gtest.h>
 #include <openssl/ssl.h>
+#include <poll.h>
 #include <sys/socket.h>
 
+#include <atomic>
 #include <ctime>
 #include <numeric>
+#include <thread>
 #include <vector>
 
 #include "common/net/endpoint.h"
+#include "common/net/message_client.h"
 
 namespace handloft::net {
 namespace {
@@ -97,6 +101,34 @@ class Tls : public testing::Test {
     return TlsContext::for_client(identity, ours.identity().certificate_pem).value();
   }
 };
+
+// As a server that has no room, or something that speaks no TLS at all: nobody may wait for it for ever.
+TEST_F(Tls, ClientsGiveUpOnAServerThatClosesWithinTheHandshake_L2) {
+  auto listener = listen_on(*parse_endpoint("tcp:127.0.0.1:0"));
+  ASSERT_TRUE(listener.ok()) << listener.error().describe();
+  Endpoint endpoint = listener->endpoint;
+  endpoint.kind = Endpoint::Kind::tls;
+  for (const bool half : {false, true}) {
+    std::atomic<bool> over = false;
+    std::thread closing([&] {
+      pollfd waiting{listener->fd.get(), POLLIN, 0};
+      ASSERT_EQ(::poll(&waiting, 1, 30'000), 1);
+      const FileDescriptor client(::accept(listener->fd.get(), nullptr, nullptr));
+      ASSERT_GE(client.get(), 0);
+      if (half) ::shutdown(client.get(), SHUT_WR);
+      while (half && !over) std::this_thread::yield();
+    });
+    const SystemClock clock;
+    ClientOptions options;
+    options.tls = asking(ann);
+    options.handshake_timeout = std::chrono::milliseconds(300);
+    const auto met = SyncClient::connect(endpoint, options, clock);
+    over = true;
+    closing.join();
+    ASSERT_FALSE(met.ok());
+    EXPECT_EQ(met.error().field, "connection") << met.error().describe();
+  }
+}
 
 TEST_F(Tls, APairedClientIsHeardAndKnownByNameA2) {
   const Talk good = talk(serving(server), asking(ann));

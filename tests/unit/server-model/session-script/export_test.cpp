@@ -202,6 +202,15 @@ TEST_F(Exporting, D1NobodyWritesOverFilesOfTheServersOwn) {
   EXPECT_EQ(content(store), "a model");
 }
 
+TEST_F(Exporting, ANameThatNoFileCanHaveIsRefusedAsSuch) {
+  FileAccess access = files();
+  access.own = {folder_.path() / "seat.handloft"};
+  const auto result = export_document(document_, to(std::string(300, 'a') + ".obj"), access);
+  ASSERT_FALSE(result.ok());
+  EXPECT_NE(result.error().code, ErrorCode::permission_denied) << result.error().describe();
+  EXPECT_NE(result.error().message.find("too long"), std::string::npos) << result.error().describe();
+}
+
 TEST_F(Exporting, ChangesNothingInTheModel) {
   LocalTarget target(files(), Model(document_));
   v1::Operation operation;

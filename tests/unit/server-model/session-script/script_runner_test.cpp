@@ -151,6 +151,12 @@ TEST(Script, UnknownFieldsAreRefusedByName) {
                  "expect.why");
 }
 
+// Two lines with one number were taken for one operation that is sent again: the second did nothing.
+TEST(Script, NumbersForSendingAgainAreRefused) {
+  expect_failure(R"({"createDualShape": {"id": "x"}, "clientOpId": "3"})", "invalid_argument", "clientOpId");
+  EXPECT_TRUE(after_create(R"({"createDualShape": {"id": "x"}, "clientOpId": "0"})")["ok"].get<bool>());
+}
+
 TEST(Script, MalformedLinesFailAndNothingElseHappens) {
   for (const std::string& line :
        {std::string("{"), std::string("nonsense"), std::string("[]"), std::string("3"),

@@ -12,10 +12,12 @@
 #include <fstream>
 #include <functional>
 #include <future>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "server-model/model/canonical.h"
+#include "server-model/store/backup.h"
 #include "server-model/store/group_commit.h"
 #include "server-model/store/log_check.h"
 #include "server-model/store/model_store.h"
@@ -315,6 +317,75 @@ TEST_F(Store, ALostEndShowsByItsMark) {
   ASSERT_FALSE(opened.ok());
   EXPECT_NE(opened.error().message.find("operation 200 was saved"), std::string::npos)
       << opened.error().message;
+}
+
+// By whoever tidies up a folder while the server writes there: nothing more may be called saved.
+TEST_F(Store, D1NothingIsSavedInAFileThatWasRemovedOrMoved) {
+  const std::span<const LogRecord> all(session().records);
+  for (const bool removed : {true, false}) {
+    path = folder / (removed ? "removed.handloft" : "moved.handloft");
+    OperationLog log = create();
+    ASSERT_TRUE(log.append(all.first(10)).ok());
+    if (removed) {
+      fs::remove(path);
+    } else {
+      fs::rename(path, folder / "elsewhere.handloft");
+    }
+    const Status refused = log.append(all.subspan(10, 1));
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::io);
+    EXPECT_NE(refused.error().message.find("removed or moved"), std::string::npos)
+        << refused.error().describe();
+    EXPECT_EQ(log.append(all.subspan(10, 1)).error().message, refused.error().message) << "for good";
+    EXPECT_EQ(log.last_sequence(), 10U);
+  }
+}
+
+// Roles are checked by the server; who may read the file needs none (U2).
+TEST_F(Store, U2FilesAreTheirOwnersAlone) {
+  OperationLog log = create();
+  write_all(log);
+  ASSERT_TRUE(back_up(path, folder / "copy.handloft").ok());
+  ASSERT_TRUE(repair(path, folder / "repaired.handloft").ok());
+  for (const char* name : {"model.handloft", "model.handloft-wal", "model.handloft-shm",
+                           "model.handloft-mark", "copy.handloft", "repaired.handloft"}) {
+    ASSERT_TRUE(fs::exists(folder / name)) << name;
+    EXPECT_EQ(fs::status(folder / name).permissions(), fs::perms::owner_read | fs::perms::owner_write)
+        << name;
+  }
+}
+
+// A copy in its place would be the last good one's end.
+TEST_F(Store, D4ABackupOfAFileThatLacksWhatWasSavedIsRefused) {
+  {
+    OperationLog log = create();
+    write_all(log);
+    const fs::path crashed = folder / "crashed.handloft";
+    fs::copy_file(path, crashed);
+    fs::copy_file(path.string() + "-mark", crashed.string() + "-mark");
+  }
+  const auto refused = back_up(folder / "crashed.handloft", folder / "copy.handloft");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::data_corrupt);
+  EXPECT_NE(refused.error().message.find("operation 200 was saved"), std::string::npos)
+      << refused.error().describe();
+  EXPECT_FALSE(fs::exists(folder / "copy.handloft"));
+  const auto good = back_up(path, folder / "copy.handloft");
+  ASSERT_TRUE(good.ok()) << good.error().describe();
+  EXPECT_EQ(good->operations, 200U);
+}
+
+TEST_F(Store, ABackupTouchesNothingThatSomebodyElseMayMean) {
+  OperationLog log = create();
+  write_all(log);
+  std::ofstream(folder / "copy.handloft.part") << "precious";
+  ASSERT_TRUE(back_up(path, folder / "copy.handloft").ok());
+  std::ifstream in(folder / "copy.handloft.part");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), "precious");
+  EXPECT_FALSE(back_up(path, folder / "copy.handloft").ok()) << "never one that is there";
+  for (const auto& each : fs::directory_iterator(folder)) {
+    EXPECT_EQ(each.path().filename().string().find("part-"), std::string::npos) << each.path();
+  }
 }
 
 TEST_F(Store, D1AFileThatIsEmptyOrGoneIsNotBegunAnewWhileItsMarkKnowsOfOperations) {
