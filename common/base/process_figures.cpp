@@ -49,4 +49,18 @@ void share_heaps() {
   ::mallopt(M_ARENA_MAX, static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 2U, 64U)));
 }
 
+std::uint64_t MemoryReturn::look() {
+  const auto free_now = [] {
+    const ProcessFigures figures = process_figures();
+    return figures.resident_bytes - std::min(figures.resident_bytes, figures.heap_bytes);
+  };
+  const std::uint64_t before = free_now();
+  least_free_bytes_ = std::min(least_free_bytes_.value_or(before), before);
+  if (before - *least_free_bytes_ < worth_bytes) return 0;
+  ::malloc_trim(0);
+  const std::uint64_t after = free_now();
+  least_free_bytes_ = after;  // What cannot be given back is not tried again until there is more.
+  return before - std::min(before, after);
+}
+
 }  // namespace handloft

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "common/base/process_figures.h"
 #include "common/net/metrics_server.h"
 
 namespace handloft::session {
@@ -20,6 +21,7 @@ using namespace std::chrono_literals;
 constexpr std::chrono::milliseconds beat_every = 1s;
 /// The largest of what one operation may take: a solve of a large surface on a loaded computer.
 constexpr Duration alive_within = 30s;
+constexpr Duration memory_looked_at_every = 60s;
 
 }  // namespace
 
@@ -79,9 +81,19 @@ struct ServeWatch::Implementation : std::enable_shared_from_this<ServeWatch::Imp
         life->waiting = false;
       });
     }
+    return_memory();
     if (oldest <= told_ns) return;
     told_ns = oldest;
     service.alive();
+  }
+
+  void return_memory() {
+    if (clock.now() - memory_looked_at < memory_looked_at_every) return;
+    memory_looked_at = clock.now();
+    const TimePoint begin = clock.now();
+    if (const std::uint64_t bytes = memory.look(); bytes > 0)
+      log.debug("gave {} KiB of memory back in {:.1f} ms", bytes >> 10U,
+                1e3 * to_seconds(clock.now() - begin));
   }
 
   struct Life {
@@ -166,6 +178,8 @@ struct ServeWatch::Implementation : std::enable_shared_from_this<ServeWatch::Imp
   Logger log;
   std::unique_ptr<net::MetricsServer> server;
   std::vector<Watched> watched;
+  MemoryReturn memory;
+  TimePoint memory_looked_at;
   std::int64_t told_ns = 0;  ///< Since when all models had answered when systemd was told last.
   std::atomic<bool> stopped = false;
 };
