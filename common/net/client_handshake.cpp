@@ -95,7 +95,6 @@ Status send_all(Link& link, std::string_view bytes, SteadyTime deadline) {
       continue;
     }
     if (outcome.state == StreamOutcome::State::failed) return lost(outcome.problem);
-    if (outcome.state == StreamOutcome::State::ended) return lost("the server closed it");
     pollfd waiting{link.fd.get(), poll_events(outcome), 0};
     const int ready = poll(&waiting, 1, milliseconds_left(deadline));
     if (ready < 0 && errno != EINTR) return lost(std::strerror(errno));

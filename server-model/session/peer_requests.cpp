@@ -177,7 +177,6 @@ void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
     finish_request(*peer, bytes);
   };
   begin_request(*peer, bytes);
-  if (may) note_coming(*peer, *room, role);
   if (!may) {
     if (operation.client_op_id() == 0) {
       answer(Result<ModelActor::Outcome>(may.error()));
@@ -186,6 +185,7 @@ void Peers::submit(const PeerPtr& peer, const v1::Submit& message) {
     }
     return;
   }
+  note_coming(*peer, *room, role);
   operation.set_author(peer->user.name);
   operation.set_made_ns(options_.wall_ns());
   ModelActor::Allowed allowed;

@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(AtOnePlace, HeavyPoints,
                                          Heap{"AsLargeDiscs", 1, 19'999, 1.0F}),
                          [](const auto& parameters) { return std::string(parameters.param.name); });
 
-/// A hundred thousand triangles over each other take a software renderer minutes.
+/// A million triangles over each other take a software renderer minutes.
 bool send_an_endless_frame(HostileConnection& client) {
   v1::Envelope surface = new_entity("pile", v1::REPRESENTATION_SURFACE);
   v1::EntityState& state = *surface.mutable_delta()->mutable_changed(0);

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "server-model/session/remote_target.h"
@@ -32,6 +33,21 @@ class ServeProcessTest : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
   std::string in_folder(const std::string& name) const { return (folder_ / name).string(); }
+  /// What an owner gets who does that in `model` of a server that serves the folder "models" meanwhile.
+  Result<RemoteTarget::Outcome> outcome_in(const std::string& model, const v1::Operation& operation) {
+    const std::string socket = "unix:" + in_folder("model.sock");
+    test::Process server({HANDLOFT_MODELD, "serve", "--listen", socket, "--models", in_folder("models")},
+                         in_folder("log"));
+    EXPECT_TRUE(server.read_line(patience)) << server.error_output();
+    RemoteTargetOptions where;
+    where.role = v1::ROLE_OWNER;
+    where.model = model;
+    auto target = RemoteTarget::connect(*net::parse_endpoint(socket), clock_, where);
+    auto outcome = target ? target->submit(operation) : Result<RemoteTarget::Outcome>(target.error());
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+    return outcome;
+  }
 
   std::filesystem::path folder_;
   SystemClock clock_;
@@ -114,67 +130,29 @@ TEST_F(ServeProcessTest, mistakes_of_the_configuration_end_it_with_2) {
 
 // Whatever models are made beside it, who names none comes to the same one (U3).
 TEST_F(ServeProcessTest, who_names_no_model_comes_to_main) {
-  const auto run = [&](const std::function<void(RemoteTarget&)>& with, const std::string& model) {
-    test::Process server({HANDLOFT_MODELD, "serve", "--listen", "unix:" + in_folder("model.sock"), "--models",
-                          in_folder("models")},
-                         in_folder("log"));
-    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
-    RemoteTargetOptions where;
-    where.role = v1::ROLE_OWNER;
-    where.model = model;
-    auto target =
-        RemoteTarget::connect(*net::parse_endpoint("unix:" + in_folder("model.sock")), clock_, where);
-    ASSERT_TRUE(target.ok()) << target.error().describe();
-    with(*target);
-    server.signal(SIGTERM);
-    EXPECT_EQ(server.wait(patience), 0) << server.error_output();
-  };
-  const auto create = [](const char* id) {
-    return [id](RemoteTarget& target) {
-      v1::Operation operation;
-      operation.mutable_create_dual_shape()->set_id(id);
-      const auto done = target.submit(operation);
-      EXPECT_TRUE(done.ok()) << done.error().describe();
-    };
-  };
-  run(create("first"), "");
-  run(create("other"), "Alpha");
-  run(
-      [](RemoteTarget& target) {
-        v1::Operation operation;
-        operation.mutable_rename()->set_entity("first");
-        operation.mutable_rename()->set_name("found");
-        const auto done = target.submit(operation);
-        EXPECT_TRUE(done.ok()) << done.error().describe();
-      },
-      "");
+  v1::Operation first, other, rename;
+  first.mutable_create_dual_shape()->set_id("first");
+  other.mutable_create_dual_shape()->set_id("other");
+  rename.mutable_rename()->set_entity("first");
+  rename.mutable_rename()->set_name("found");
+  for (const auto& [model, operation] :
+       {std::pair("", &first), std::pair("Alpha", &other), std::pair("", &rename)}) {
+    const auto done = outcome_in(model, *operation);
+    EXPECT_TRUE(done.ok()) << done.error().describe();
+  }
 }
 
 TEST_F(ServeProcessTest, who_names_no_model_is_told_when_main_is_damaged) {
-  const auto served = [&](const std::string& model, const std::function<void(Result<RemoteTarget>)>& with) {
-    test::Process server({HANDLOFT_MODELD, "serve", "--listen", "unix:" + in_folder("model.sock"), "--models",
-                          in_folder("models")},
-                         in_folder("log"));
-    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
-    RemoteTargetOptions where;
-    where.role = v1::ROLE_OWNER;
-    where.model = model;
-    with(RemoteTarget::connect(*net::parse_endpoint("unix:" + in_folder("model.sock")), clock_, where));
-    server.signal(SIGTERM);
-    EXPECT_EQ(server.wait(patience), 0) << server.error_output();
-  };
   v1::Operation operation;
   operation.mutable_create_dual_shape()->set_id("seat");
-  served("", [&](auto target) { ASSERT_TRUE(target.ok() && target->submit(operation).ok()); });
-  served("alpha", [&](auto target) { ASSERT_TRUE(target.ok() && target->submit(operation).ok()); });
+  ASSERT_TRUE(outcome_in("", operation).ok());
+  ASSERT_TRUE(outcome_in("alpha", operation).ok());
   std::ofstream(in_folder("models/main.handloft")) << "no model any more";
   operation.mutable_create_dual_shape()->set_id("back");
-  served("", [&](auto target) {
-    const auto done = target.ok() ? target->submit(operation) : Result<RemoteTarget::Outcome>(target.error());
-    ASSERT_FALSE(done.ok());
-    EXPECT_THAT(done.error().describe(), ::testing::HasSubstr("main"));
-  });
-  served("alpha", [&](auto target) { EXPECT_TRUE(target.ok() && target->submit(operation).ok()); });
+  const auto nameless = outcome_in("", operation);
+  ASSERT_FALSE(nameless.ok());
+  EXPECT_THAT(nameless.error().describe(), ::testing::HasSubstr("main"));
+  EXPECT_TRUE(outcome_in("alpha", operation).ok());
 }
 
 // With the half of it the next start would go on as if nothing had been.

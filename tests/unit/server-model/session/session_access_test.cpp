@@ -36,19 +36,37 @@ class SessionAccessTest : public PeersTest {
     ASSERT_TRUE(command().set_role(user, "*", role, now_s).ok());
     gate_->poll();
   }
-  ConnectionPtr come(std::uint32_t uid, v1::Role role) {
+  /// Connected, and in no model; null: not let in.
+  ConnectionPtr let_in(std::uint32_t uid, v1::Role role) {
     net::PeerInfo info;
     info.role = role;
     info.name = "client";
     info.protocol_minor = net::protocol_minor;
     info.uid = uid;
     const auto connection = std::make_shared<test::FakeConnection>(++last_id_, info);
-    if (!events_.on_join(connection).ok()) return nullptr;
+    return events_.on_join(connection).ok() ? connection : nullptr;
+  }
+  ConnectionPtr come(std::uint32_t uid, v1::Role role) {
+    const auto connection = let_in(uid, role);
+    if (!connection) return nullptr;
     v1::Envelope envelope;
     envelope.mutable_join();
     const Status joined = say(connection, envelope);
     (void)settled();
     return joined.ok() ? connection : nullptr;
+  }
+  /// What is written of `user` but for their roles: "join main".
+  std::vector<std::string> written_of(const std::string& user) const {
+    gate_->flush();
+    const auto entries = command().audit(100);
+    EXPECT_TRUE(entries.ok());
+    std::vector<std::string> written;
+    if (!entries) return written;
+    for (const auto& entry : *entries) {
+      if (entry.event.user == user && entry.kind != "role")
+        written.push_back(entry.kind + " " + entry.event.model);
+    }
+    return written;
   }
   std::string outcome(const ConnectionPtr& connection, const v1::Operation& operation) {
     return ack(connection, submit(connection, operation)).failure().code();
@@ -201,15 +219,8 @@ TEST_F(SessionAccessTest, LeasesOfWhoIsDemotedOrRevokedEndAtOnce) {
 
 // A script that works on a model and never joins it.
 TEST_F(SessionAccessTest, WritesDownOnceWhoWorksWithoutJoining) {
-  net::PeerInfo info;
-  info.role = v1::ROLE_COMMENTER;
-  info.name = "script";
-  info.protocol_minor = net::protocol_minor;
-  info.uid = ann_uid;
-  const auto ann = std::make_shared<test::FakeConnection>(++last_id_, info);
-  ASSERT_TRUE(events_.on_join(ann).ok());
-  const auto asks_only = std::make_shared<test::FakeConnection>(++last_id_, info);
-  ASSERT_TRUE(events_.on_join(asks_only).ok());
+  const auto ann = let_in(ann_uid, v1::ROLE_COMMENTER), asks_only = let_in(ann_uid, v1::ROLE_COMMENTER);
+  ASSERT_TRUE(ann && asks_only);
   v1::Query models;
   models.mutable_models();
   EXPECT_EQ(ask(asks_only, models).models().models_size(), 1);
@@ -217,27 +228,14 @@ TEST_F(SessionAccessTest, WritesDownOnceWhoWorksWithoutJoining) {
   EXPECT_EQ(outcome(ann, comment("c1")), "");
   EXPECT_EQ(outcome(ann, comment("c2")), "");
   leave(ann);
-  gate_->flush();
-  const auto entries = command().audit(100);
-  ASSERT_TRUE(entries.ok());
-  std::vector<std::string> of_ann;
-  for (const auto& entry : *entries) {
-    if (entry.event.user == "ann" && entry.kind != "role")
-      of_ann.push_back(entry.kind + " " + entry.event.model);
-  }
-  EXPECT_THAT(of_ann, ::testing::ElementsAre("join main", "leave main"));
+  EXPECT_THAT(written_of("ann"), ::testing::ElementsAre("join main", "leave main"));
 }
 
 TEST_F(SessionAccessTest, WhoHasARoleInAnotherModelOnlyIsToldOfIt) {
   ASSERT_TRUE(command().set_role("eve", "seat", v1::ROLE_VIEWER, now_s).ok());
   gate_->poll();
-  net::PeerInfo info;
-  info.role = v1::ROLE_VIEWER;
-  info.name = "client";
-  info.protocol_minor = net::protocol_minor;
-  info.uid = eve_uid;
-  const auto eve = std::make_shared<test::FakeConnection>(++last_id_, info);
-  ASSERT_TRUE(events_.on_join(eve).ok());
+  const auto eve = let_in(eve_uid, v1::ROLE_VIEWER);
+  ASSERT_NE(eve, nullptr);
   v1::Envelope models, history;
   models.mutable_ask()->set_request(1);
   models.mutable_ask()->mutable_query()->mutable_models();
@@ -260,15 +258,8 @@ TEST_F(SessionAccessTest, IsWrittenDown) {
   EXPECT_EQ(outcome(ann, shape), "permission_denied");
   EXPECT_EQ(come(ann_uid, v1::ROLE_OWNER), nullptr);
   leave(ann);
-  gate_->flush();
-  const auto entries = command().audit(100);
-  ASSERT_TRUE(entries.ok());
-  std::vector<std::string> of_ann;
-  for (const auto& entry : *entries) {
-    if (entry.event.user == "ann" && entry.kind != "role")
-      of_ann.push_back(entry.kind + " " + entry.event.model);
-  }
-  EXPECT_THAT(of_ann, ::testing::ElementsAre("join main", "refusal main", "refusal main", "leave main"));
+  EXPECT_THAT(written_of("ann"),
+              ::testing::ElementsAre("join main", "refusal main", "refusal main", "leave main"));
 }
 
 }  // namespace
