@@ -385,8 +385,11 @@ class Session {
     server_->flush();
     for (const WatchedModel& model : watched_models()) {
       const Status kept = model.kept ? model.kept() : Status();
-      if (!kept)
-        log_.with("model", model.name).error("ends without its last operations: {}", kept.error().message);
+      if (kept) continue;
+      log_.with("model", model.name).error("ends without its last operations: {}", kept.error().message);
+      unkept_ =
+          make_error(kept.error().code,
+                     fmt::format("the model \"{}\" ends without its last operations", model.name), "store");
     }
     server_->stop();
     tracking_.reset();
@@ -406,8 +409,9 @@ class Session {
   Status write_report() {
     watch_.reset();
     server_.reset();
-    if (options_.report.empty()) return {};
-    return session::write_report(options_.report, figures_);
+    if (options_.report.empty()) return unkept_;
+    Status written = session::write_report(options_.report, figures_);
+    return unkept_ ? std::move(written) : unkept_;
   }
 
   const ServeOptions& options_;
@@ -426,6 +430,7 @@ class Session {
   TimePoint flush_until_;
   TimePoint close_until_;
   bool stopping_ = false;
+  Status unkept_;  ///< That a disk failed.
   SessionFigures figures_;
 };
 

@@ -330,7 +330,7 @@ TEST_F(StoreProcess, D1AModelWhoseFileIsRemovedTakesNoMoreAndTheLogSaysSo) {
     return server.error_output().find("takes no more operations") != std::string::npos;
   })) << server.error_output();
   server.signal(SIGTERM);
-  EXPECT_TRUE(server.wait(patience));
+  EXPECT_EQ(server.wait(patience), 1);
   EXPECT_THAT(server.error_output(), testing::HasSubstr("ends without its last operations"));
 }
 
