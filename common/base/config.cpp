@@ -14,6 +14,7 @@
 #include <sstream>
 #include <variant>
 
+#include "common/base/completion.h"
 #include "common/base/manual.h"
 #include "common/base/version.h"
 
@@ -424,9 +425,12 @@ Result<ParseOutcome> OptionTable::parse(const std::vector<std::string>& argument
   for (const auto& positional : table.positionals) positional->given.clear();
 
   ParseOutcome outcome;
-  if (auto manual = manual_asked_for(*this, arguments)) {
+  auto asked = completion_asked_for(*this, arguments);
+  if (!asked) return asked.error();
+  if (!*asked) *asked = manual_asked_for(*this, arguments);
+  if (*asked) {
     outcome.action = ParseOutcome::Action::show_text;
-    outcome.text = *std::move(manual);
+    outcome.text = **std::move(asked);
     return outcome;
   }
   CLI::App app(table.description, table.program);

@@ -49,7 +49,7 @@ struct ParseOutcome {
   std::string config_file;  ///< The file that was read; empty: none.
 };
 
-/// One option as people read of it: for manual pages and completion (manual.h).
+/// One option as people read of it: for manual pages and completion (manual.h, completion.h).
 struct OptionFacts {
   std::string flag;                  ///< "--listen"; of a word without a dash its name, "SCRIPT".
   std::string negation;              ///< "--no-listen" of a boolean; else empty.

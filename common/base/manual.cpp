@@ -12,17 +12,6 @@ namespace handloft {
 
 namespace {
 
-/// What every table knows besides its own.
-const std::vector<OptionFacts>& common_options() {
-  static const std::vector<OptionFacts> options{
-      {"--help", "", "", {}, "Print what options there are and end", ""},
-      {"--version", "", "", {}, "Print the version and end", ""},
-      {"--config", "", "FILE", {}, "Read options from this TOML file; flags win over it", ""},
-      {"--man", "", "", {}, "Print this page for man(1) and end", ""},
-      {"--completion", "", "bash", {"bash"}, "Print completion for bash and end", ""}};
-  return options;
-}
-
 /// Text in a page: no character of it is a command.
 std::string roff(std::string_view text) {
   std::string out;
@@ -93,31 +82,22 @@ std::string files_and_status() {
          "\\fBhandloft\\-hmd\\fR(1)\n";
 }
 
-/// Names of shell functions have no dashes.
-std::string function_name(std::string_view program) {
-  std::string name = fmt::format("_{}", program);
-  std::replace(name.begin(), name.end(), '-', '_');
-  return name;
-}
-
-std::string completion_begin(std::string_view program) {
-  return fmt::format(
-      "# Completion of {} for bash.\n"
-      "{}() {{\n"
-      "  local word=${{COMP_WORDS[COMP_CWORD]}} words=\n",
-      program, function_name(program));
-}
-
-std::string completion_end(std::string_view program) {
-  return fmt::format(
-      "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n"
-      "  [[ $word == -* ]] || mapfile -t -O ${{#COMPREPLY[@]}} COMPREPLY < <(compgen -f -- \"$word\")\n"
-      "}}\n"
-      "complete -o filenames -F {} {}\n",
-      function_name(program), program);
-}
-
 }  // namespace
+
+const std::vector<OptionFacts>& common_options() {
+  static const std::vector<OptionFacts> options{
+      {"--help", "", "", {}, "Print what options there are and end", ""},
+      {"--version", "", "", {}, "Print the version and end", ""},
+      {"--config", "", "FILE", {}, "Read options from this TOML file; flags win over it", ""},
+      {"--man", "", "", {}, "Print this page for man(1) and end", ""},
+      {"--completion",
+       "",
+       "SHELL",
+       {"bash", "zsh", "fish"},
+       "Print completion for bash, zsh or fish and end",
+       ""}};
+  return options;
+}
 
 std::string manual_page(const ProgramFacts& facts) {
   std::string out = head(facts.program, facts.description);
@@ -130,24 +110,6 @@ std::string manual_page(const ProgramFacts& facts) {
 std::string manual_section(const ProgramFacts& facts) {
   return fmt::format(".SS {}\n{}.PP\n{}\n{}", roff(facts.program), synopsis(facts), roff(facts.description),
                      all_described(facts));
-}
-
-std::string completion_words(const ProgramFacts& facts) {
-  std::vector<std::string> words;
-  for (const OptionFacts& word : facts.words)
-    words.insert(words.end(), word.choices.begin(), word.choices.end());
-  for (const auto& options : {facts.options, common_options()}) {
-    for (const OptionFacts& option : options) {
-      words.push_back(option.flag);
-      if (!option.negation.empty()) words.push_back(option.negation);
-    }
-  }
-  return fmt::format("{}", fmt::join(words, " "));
-}
-
-std::string bash_completion(const ProgramFacts& facts) {
-  return completion_begin(facts.program) + fmt::format("  words='{}'\n", completion_words(facts)) +
-         completion_end(facts.program);
 }
 
 std::string program_man_begin(std::string_view program, std::string_view description,
@@ -167,26 +129,11 @@ std::string program_man_end() {
   return out + files_and_status();
 }
 
-std::string program_completion_begin(std::string_view program) {
-  return completion_begin(program) + "  case ${COMP_WORDS[1]} in\n";
-}
-
-std::string program_completion_end(std::string_view program, const std::vector<std::string>& commands) {
-  return fmt::format(
-      "  esac\n"
-      "  [[ $COMP_CWORD == 1 ]] && words='{} --help --version --man --completion'\n{}",
-      fmt::join(commands, " "), completion_end(program));
-}
-
 std::optional<std::string> manual_asked_for(const OptionTable& table, const std::vector<std::string>& words) {
   if (words.empty()) return std::nullopt;
   const std::string& first = words.front();
   if (first == "--man") return manual_page(table.facts());
   if (first == "--man-section") return manual_section(table.facts());
-  if (first == "--completion-words") return completion_words(table.facts());
-  const bool completion =
-      first == "--completion=bash" || (first == "--completion" && words.size() > 1 && words[1] == "bash");
-  if (completion) return bash_completion(table.facts());
   return std::nullopt;
 }
 

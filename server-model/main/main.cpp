@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/completion.h"
 #include "common/base/manual.h"
 #include "common/base/version.h"
 #include "server-model/main/access_command.h"
@@ -81,36 +82,39 @@ void print_usage(std::FILE* to) {
       "Options:\n"
       "  --help        show this text; COMMAND --help shows the command's options\n"
       "  --version     show the version\n"
-      "  --man         the manual page, for man(1); --completion=bash what bash is to source\n"
+      "  --man         the manual page, for man(1)\n"
+      "  --completion  =bash, =zsh or =fish: what that shell is to source\n"
       "\n"
       "Exit status: 0 done, 1 a script line or the server failed, or a file is damaged, 2 wrong usage.\n",
       to);
 }
 
+std::vector<std::pair<std::string, std::string>> summaries() {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const Command& command : commands()) {
+    if (command.summary != nullptr) all.emplace_back(command.name, command.summary);
+  }
+  return all;
+}
+
+/// What each command says of itself to that word.
+void print_of_commands(const std::string& asked) {
+  for (const Command& command : commands()) {
+    if (command.summary != nullptr) (void)command.run({asked});
+  }
+}
+
 int print_manual() {
-  std::vector<std::pair<std::string, std::string>> summaries;
-  for (const Command& command : commands()) {
-    if (command.summary != nullptr) summaries.emplace_back(command.name, command.summary);
-  }
-  print(handloft::program_man_begin(program, description, summaries));
-  for (const Command& command : commands()) {
-    if (command.summary != nullptr) (void)command.run({"--man-section"});
-  }
+  print(handloft::program_man_begin(program, description, summaries()));
+  print_of_commands("--man-section");
   print(handloft::program_man_end());
   return handloft::model::exit_ok;
 }
 
-int print_completion() {
-  std::vector<std::string> names;
-  print(handloft::program_completion_begin(program));
-  for (const Command& command : commands()) {
-    if (command.summary == nullptr) continue;
-    names.emplace_back(command.name);
-    print(fmt::format("    {}) words='", command.name));
-    (void)command.run({"--completion-words"});
-    print("' ;;\n");
-  }
-  print(handloft::program_completion_end(program, names));
+int print_completion(handloft::Shell shell) {
+  print(handloft::program_completion_begin(shell, program, summaries()));
+  print_of_commands(fmt::format("--completion-section={}", handloft::name_of(shell)));
+  print(handloft::program_completion_end(shell, program));
   return handloft::model::exit_ok;
 }
 
@@ -125,7 +129,12 @@ int run(const Words& words) {
     return handloft::model::exit_ok;
   }
   if (first == "--man") return print_manual();
-  if (first == "--completion=bash" || first == "--completion") return print_completion();
+  const auto shell = handloft::shell_asked_for("--completion", words);
+  if (!shell) {
+    print(fmt::format("handloft-modeld: {}\n", shell.error().describe()), stderr);
+    return handloft::model::exit_usage;
+  }
+  if (*shell) return print_completion(**shell);
   for (const Command& command : commands()) {
     if (first == command.name) return command.run({words.begin() + 1, words.end()});
   }

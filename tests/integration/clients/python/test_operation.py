@@ -473,59 +473,6 @@ class Service(ServerTest):
                        env=environment, timeout=PATIENCE)
 
 
-class Pages(unittest.TestCase):
-    """Of every program that was built: what --help says is in its manual page and its completion."""
-
-    @staticmethod
-    def say(program, *words):
-        return subprocess.run([program, *words], stdout=subprocess.PIPE, check=True, text=True, timeout=PATIENCE).stdout
-
-    def flags(self, program):
-        pages = [self.say(program, "--help")]
-        commands = re.findall(r"^  ([a-z-]+) .*", pages[0].split("Commands:")[1].split("Options:")[0], re.MULTILINE) \
-            if "Commands:" in pages[0] else []
-        pages += [self.say(program, command, "--help") for command in commands]
-        return commands, set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*", "\n".join(pages)))
-
-    def test_pages_and_completion_have_every_option(self):
-        self.assertGreaterEqual(len(PROGRAMS), 1)
-        for program in PROGRAMS:
-            commands, flags = self.flags(program)
-            page, completion = self.say(program, "--man"), self.say(program, "--completion=bash")
-            plain = page.replace("\\-", "-")
-            for flag in flags:
-                self.assertIn(flag, plain, program)
-                self.assertRegex(completion, r"[ ']%s[ ']" % flag, program)
-            for command in commands:
-                self.assertIn("\\fB%s\\fR" % command.replace("-", "\\-"), page)
-                self.assertIn("    %s) words=" % command, completion)
-
-    def test_man_reads_the_pages_without_a_warning(self):
-        man = shutil.which("man")
-        if man is None:
-            self.skipTest("man is not installed")
-        for program in PROGRAMS:
-            page = self.say(program, "--man")
-            read = subprocess.run([man, "--warnings", "-E", "UTF-8", "-l", "-Tutf8", "-"], input=page, stdout=subprocess.PIPE,
-                                  stderr=subprocess.PIPE, text=True, timeout=PATIENCE)
-            self.assertEqual((read.returncode, read.stderr), (0, ""), program)
-            self.assertIn("SYNOPSIS", re.sub(".\x08", "", read.stdout))  # bold is printed twice
-
-    def test_bash_completes(self):
-        for program in PROGRAMS:
-            name = os.path.basename(program)
-            commands, flags = self.flags(program)
-            wanted = "--log-level" if "--log-level" in flags else max(flags)
-            words = [name, *commands[1:2], wanted[:3]]
-            script = self.say(program, "--completion=bash") + (
-                "COMP_WORDS=(%s); COMP_CWORD=%d; _%s; printf '%%s\\n' \"${COMPREPLY[@]}\"\n"
-                % (" ".join(words), len(words) - 1, name.replace("-", "_"))
-            )
-            done = subprocess.run(["bash", "-euc", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=PATIENCE)
-            self.assertEqual(done.stderr, "")
-            self.assertIn(wanted, done.stdout.split())
-
-
 class ScriptsThroughRestarts(ServerTest):
     """`handloft-modeld run --connect` goes on when the server is restarted, and nothing is done twice (H3)."""
 
@@ -631,6 +578,8 @@ class Installed(ServerTest):
             self.assertTrue(os.access(os.path.join(prefix, "bin", program), os.X_OK), program)
             self.assertIn(".TH", read("share", "man", "man1", program + ".1"))
             self.assertIn("complete ", read("share", "bash-completion", "completions", program))
+            self.assertIn("#compdef ", read("share", "zsh", "site-functions", "_" + program))
+            self.assertIn("complete ", read("share", "fish", "vendor_completions.d", program + ".fish"))
             unit_folder = {"handloft-modeld": "system", "handloft-trackd": "user"}.get(program)
             if unit_folder:
                 unit = read("lib", "systemd", unit_folder, program + ".service")

@@ -1,4 +1,4 @@
-// Manual pages and completion from the table of options: nothing of it can be forgotten (U7, issue 7 part 6).
+// Manual pages from the table of options: nothing of it can be forgotten (U7, issue 7 part 6).
 
 #include "common/base/manual.h"
 
@@ -68,19 +68,6 @@ TEST(Manual, TextOfOursIsNoCommandOfThePage) {
   EXPECT_THAT(page, Not(HasSubstr("\n'")));
 }
 
-TEST(Manual, CompletionHasEveryFlagAndChoice) {
-  Fixture fixture;
-  for (const auto& words : {std::vector<std::string>{"--completion=bash"}, {"--completion", "bash"}}) {
-    const std::string text = fixture.asked(words);
-    for (const char* word : {" --listen ", " --video-rate-hz ", " --loud ", " --no-loud ", " --log-level ",
-                             "go stay", " --help ", " --config "})
-      EXPECT_THAT(text, HasSubstr(word));
-    EXPECT_THAT(text, HasSubstr("complete -o filenames -F _handloft_x handloft-x\n"));
-  }
-  // Only as the first word: elsewhere it is an option that there is not.
-  EXPECT_FALSE(fixture.table.parse({"--listen", "unix:y", "--completion-words"}).ok());
-}
-
 TEST(Manual, APageOfCommandsHasThemAndTheirSections) {
   Fixture fixture;
   const std::string page = program_man_begin("handloft-y", "Does y.", {{"serve", "serve - it"}}) +
@@ -88,11 +75,6 @@ TEST(Manual, APageOfCommandsHasThemAndTheirSections) {
   EXPECT_THAT(page, HasSubstr(".TP\n\\fBserve\\fR\nserve \\- it\n"));
   EXPECT_THAT(page, HasSubstr(".SS handloft\\-x\n"));
   EXPECT_THAT(page, HasSubstr("\\fB\\-\\-listen\\fR"));
-  const std::string completion = program_completion_begin("handloft-y") + "    serve) words='" +
-                                 fixture.asked({"--completion-words"}) + "' ;;\n" +
-                                 program_completion_end("handloft-y", {"serve"});
-  EXPECT_THAT(completion, HasSubstr("serve) words='go stay --listen"));
-  EXPECT_THAT(completion, HasSubstr("words='serve --help"));
 }
 
 }  // namespace
