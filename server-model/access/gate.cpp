@@ -11,6 +11,7 @@
 #include <mutex>
 #include <utility>
 
+#include "common/base/wall_clock.h"
 #include "server-model/access/access_file.h"
 #include "server-model/access/names.h"
 #include "server-model/access/writer.h"
@@ -32,12 +33,6 @@ std::string login_name(std::uint32_t uid) {
   if (getpwuid_r(uid, &entry, buffer.data(), buffer.size(), &found) != 0 || found == nullptr)
     return fmt::format("uid-{}", uid);
   return plain(found->pw_name, 64);
-}
-
-std::int64_t system_now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
 }
 
 /// The register as it is asked: by name and by fingerprint.
@@ -106,7 +101,7 @@ struct Gate::Implementation {
         log(std::move(its_log)),
         tcp_role(options.tcp_role),
         throttle(options.audit) {
-    if (!options.now_ns) options.now_ns = system_now_ns;
+    if (!options.now_ns) options.now_ns = wall_clock_ns;
     if (!options.login_of) options.login_of = login_name;
     own_uid = options.own_uid ? *options.own_uid : ::geteuid();
   }

@@ -3,9 +3,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
+#include "common/base/wall_clock.h"
 #include "server-model/session/client_id.h"
 #include "server-model/session/peer.h"
 #include "server-model/session/presence.h"
@@ -13,14 +13,8 @@
 namespace handloft::session {
 namespace {
 
-std::int64_t system_wall_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
 ServerOptions completed(ServerOptions options) {
-  if (!options.wall_ns) options.wall_ns = system_wall_ns;
+  if (!options.wall_ns) options.wall_ns = wall_clock_ns;
   return options;
 }
 

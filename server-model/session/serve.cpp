@@ -10,25 +10,20 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <csignal>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ostream>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/base/version.h"
+#include "common/base/wall_clock.h"
 #include "common/net/message_client.h"
 #include "common/net/service_manager.h"
-#include "server-model/model/model.h"
-#include "server-model/session/local_target.h"
-#include "server-model/session/parallel.h"
+#include "server-model/session/first_model.h"
 #include "server-model/session/report.h"
-#include "server-model/session/script_runner.h"
 #include "server-model/session/serve_watch.h"
 #include "server-model/session/server.h"
 #include "server-model/session/session_metrics.h"
@@ -68,116 +63,6 @@ Result<std::vector<net::Endpoint>> endpoints_of(const ServeOptions& options, boo
   return endpoints;
 }
 
-/// The model as the script leaves it; a failing line is an error that names it.
-Result<model::Model> scripted_model(const ServeOptions& options, model::Model initial) {
-  if (options.script.empty()) return initial;
-  model::LocalTarget target(options.files, std::move(initial));
-  std::ifstream file(options.script, std::ios::binary);
-  if (!file) return make_error(ErrorCode::io, "cannot open \"" + options.script + "\"", "script");
-  std::ostringstream answers;  // standard output is for the line that says "ready"
-  const model::ScriptSummary summary = model::run_script(file, answers, target);
-  if (!summary.ok()) {
-    return make_error(
-        ErrorCode::failed_precondition,
-        options.script + ":" + std::to_string(summary.first_failed_line) + ": " + summary.first_failure,
-        "script");
-  }
-  return std::move(target).take_model();
-}
-
-std::int64_t wall_clock_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
-/// The first model that is served, and who keeps it; null: nobody.
-struct Served {
-  model::Model model;
-  std::shared_ptr<store::ModelStore> store;
-  std::string name = ServerOptions().model_name;
-  Status nameless = {};  ///< As ServerOptions has it.
-};
-
-Result<OpenedModel> open_file(const std::filesystem::path& path, const std::string& name, const Logger& log) {
-  store::ModelStoreOptions store_options;
-  store_options.now_ns = wall_clock_ns;
-  auto opened = store::ModelStore::open(path, model::context_on_all_cores(), std::move(store_options));
-  if (!opened) return make_error(opened.error().code, opened.error().message, "store");
-  log.with("model", name)
-      .info("{}: {} operations, of which {} were replayed", path.string(), opened->model.sequence(),
-            opened->replayed);
-  return OpenedModel{std::move(opened->model), std::move(opened->store)};
-}
-
-/// As its file has it; a new one as the script leaves it.
-Result<Served> served_file(const ServeOptions& options, const std::filesystem::path& path, std::string name,
-                           const Logger& log) {
-  auto opened = open_file(path, name, log);
-  if (!opened) return opened.error();
-  if (opened->model.sequence() != 0) {
-    if (!options.script.empty())
-      log.with("model", name)
-          .warning("\"{}\" is not run: {} has {} operations already", options.script, path.string(),
-                   opened->model.sequence());
-    return Served{std::move(opened->model), std::move(opened->store), std::move(name)};
-  }
-  // A script that fails leaves the file as it was: with the half of it the next start would go on.
-  if (!options.script.empty()) {
-    auto tried = scripted_model(options, model::Model(model::Document(), model::context_on_all_cores()));
-    if (!tried) return tried.error();
-  }
-  auto model = scripted_model(options, std::move(opened->model));
-  if (!model) return model.error();
-  return Served{*std::move(model), std::move(opened->store), std::move(name)};
-}
-
-/// The one called as that of a server without a folder; else the first one by name that can be opened; of a
-/// folder without any a new one. In place of one that is there and cannot be opened nobody gets another
-/// without asking for it.
-Result<Served> served_folder(const ServeOptions& options, const Logger& log) {
-  const std::filesystem::path folder = options.models;
-  std::error_code failed;
-  std::filesystem::create_directories(folder, failed);
-  if (failed)
-    return make_error(ErrorCode::io, "cannot make \"" + options.models + "\": " + failed.message(), "models");
-  std::vector<std::string> names = model_names_in(folder);
-  const std::string first = ServerOptions().model_name;
-  if (names.empty()) names.push_back(first);
-  // Whatever is made beside it, who names no model comes to the same one after a restart.
-  if (const auto at = std::find(names.begin(), names.end(), first); at != names.end())
-    std::rotate(names.begin(), at, at + 1);
-  Result<Served> served = make_error(ErrorCode::not_found, "no model", "models");
-  Status nameless;
-  for (std::string& name : names) {
-    const auto path = folder / (name + std::string(model_suffix));
-    const bool is_main = name == first;
-    served = served_file(options, path, std::move(name), log);
-    if (served || served.error().field == "script") break;
-    log.with("model", path.stem().string()).error("{}: {}", path.string(), served.error().message);
-    if (!is_main) continue;
-    nameless = make_error(served.error().code,
-                          fmt::format("the model \"{}\", which an empty name means, could not be opened when "
-                                      "the server started: {}",
-                                      first, served.error().message),
-                          "join.model");
-  }
-  if (served) served->nameless = std::move(nameless);
-  return served;
-}
-
-Result<Served> served_model(const ServeOptions& options, const Logger& log) {
-  if (!options.models.empty()) {
-    if (options.store.empty()) return served_folder(options, log);
-    return make_error(ErrorCode::invalid_argument, "found a file and a folder, expected one of them",
-                      "models");
-  }
-  if (!options.store.empty()) return served_file(options, options.store, ServerOptions().model_name, log);
-  auto model = scripted_model(options, model::Model(model::Document(), model::context_on_all_cores()));
-  if (!model) return model.error();
-  return Served{*std::move(model), nullptr};
-}
-
 /// Numbers of clients without a key must never come again in any file of the folder, whichever is opened: as
 /// many a millisecond since 2026 as no server has.
 std::uint64_t first_client_id_now() {
@@ -213,8 +98,8 @@ class Session {
   Session(const ServeOptions& options, net::ServiceManager& service, const Clock& clock, const Logger& log)
       : options_(options), service_(service), clock_(clock), log_(log) {}
 
-  Status run(const std::vector<net::Endpoint>& endpoints, std::vector<net::Listener> adopted, Served served,
-             std::ostream& out) {
+  Status run(const std::vector<net::Endpoint>& endpoints, std::vector<net::Listener> adopted,
+             FirstModel served, std::ostream& out) {
     wait_for_reload();
     boost::asio::signal_set signals(context_, SIGINT, SIGTERM);
     signals.async_wait([this](const boost::system::error_code& error, int signal) {
@@ -246,7 +131,7 @@ class Session {
       server_options.rooms.create = options_.create;
       server_options.rooms.close_after = options_.close_after;
       server_options.rooms.open = [this](const std::filesystem::path& path) {
-        return open_file(path, path.stem().string(), log_);
+        return open_model(path, path.stem().string(), log_);
       };
       server_options.net.first_client_id += first_client_id_now();
     } else if (served.store) {
@@ -467,7 +352,7 @@ int serve(const ServeOptions& options, std::ostream& out) {
   auto endpoints = endpoints_of(options, !adopted->empty());
   if (!endpoints) return fail(endpoints.error());
   Session session(options, service, clock, log);
-  auto served = served_model(options, log);
+  auto served = first_model(options, log);
   if (!served) return fail(served.error());
   if (const Status done = session.run(*endpoints, *std::move(adopted), *std::move(served), out); !done)
     return fail(done.error());

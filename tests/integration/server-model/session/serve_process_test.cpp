@@ -1,6 +1,7 @@
 // `handloft-modeld serve` as its users start it: one line when ready, a graceful end, a report.
 
 #include <gmock/gmock.h>
+#include <sys/inotify.h>
 #include <unistd.h>
 
 #include <boost/asio/executor_work_guard.hpp>
@@ -9,7 +10,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -179,6 +179,70 @@ TEST_F(ServeProcessTest, a_failing_setup_script_leaves_nothing_in_the_file) {
     EXPECT_EQ(server.wait(patience), 0);
     EXPECT_EQ(server.error_output().find("is not run") != std::string::npos, i == 1) << server.error_output();
   }
+}
+
+/// Counts how often a file in a folder is put in place, from now on.
+class Placed {
+ public:
+  Placed(const std::string& folder, std::string name)
+      : watch_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)), name_(std::move(name)) {
+    EXPECT_GE(inotify_add_watch(watch_, folder.c_str(), IN_MOVED_TO), 0);
+  }
+  ~Placed() { close(watch_); }
+  Placed(const Placed&) = delete;
+  Placed& operator=(const Placed&) = delete;
+
+  int times() {
+    alignas(inotify_event) char buffer[4096];
+    for (ssize_t got = 0; (got = read(watch_, buffer, sizeof buffer)) > 0;) {
+      for (ssize_t at = 0; at < got;) {
+        const auto* event = reinterpret_cast<const inotify_event*>(buffer + at);
+        times_ += event->len > 0 && name_ == event->name ? 1 : 0;
+        at += static_cast<ssize_t>(sizeof *event + event->len);
+      }
+    }
+    return times_;
+  }
+
+ private:
+  int watch_;
+  std::string name_;
+  int times_ = 0;
+};
+
+// More than the store lets wait for the disk; what the script writes beside is written once.
+TEST_F(ServeProcessTest, a_setup_script_of_any_length_is_done_once) {
+  constexpr int operations = 10'000;
+  {
+    std::ofstream script(in_folder("setup.jsonl"));
+    script << R"({"createDualShape":{"id":"seat"}})"
+           << "\n"
+           << R"({"addPoints":{"entity":"seat","points":[)";
+    for (int i = 0; i < 9; ++i)
+      script << (i == 0 ? "" : ",") << R"({"pressure":1,"position":{"x":)" << 0.01 * (i % 3) << R"(,"y":)"
+             << 0.01 * (i / 3) << R"(,"z":0.01}})";
+    script << R"(]}})"
+           << "\n"
+           << R"({"fit":{"entity":"seat","degree":1}})"
+           << "\n"
+           << R"({"export":{"path":"seat.obj"}})"
+           << "\n";
+    for (int i = 3; i < operations; ++i) script << R"({"rename":{"entity":"seat","name":"n)" << i << "\"}}\n";
+  }
+  Placed placed(folder_.string(), "seat.obj");
+  for (int i = 0; i < 2; ++i) {
+    test::Process server({HANDLOFT_MODELD, "serve", "--listen", "unix:" + in_folder("model.sock"), "--store",
+                          in_folder("a.handloft"), "--script", in_folder("setup.jsonl"), "--report",
+                          in_folder("report.json"), "--write-folder", folder_.string()},
+                         in_folder("log"));
+    ASSERT_TRUE(server.read_line(patience)) << server.error_output();
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(patience), 0) << server.error_output();
+    const auto report = nlohmann::json::parse(std::ifstream(in_folder("report.json")));
+    EXPECT_EQ(report["sequence"], operations);
+    EXPECT_EQ(report["entities"][0]["name"], "n9999");
+  }
+  EXPECT_EQ(placed.times(), 1);
 }
 
 TEST_F(ServeProcessTest, a_failing_setup_script_ends_it_with_the_line) {
