@@ -328,10 +328,17 @@ Result<std::optional<std::string>> completion_asked_for(const OptionTable& table
                                                         const std::vector<std::string>& words) {
   const auto whole = shell_asked_for("--completion", words);
   if (!whole) return whole.error();
-  if (*whole) return std::optional(completion(**whole, table.facts()));
+  const ProgramFacts facts = table.facts();
+  if (*whole && facts.program.find(' ') != std::string::npos) {
+    return make_error(
+        ErrorCode::invalid_argument,
+        fmt::format("expected before the command: {} --completion={}", program_of(facts), name_of(**whole)),
+        "completion");
+  }
+  if (*whole) return std::optional(completion(**whole, facts));
   const auto section = shell_asked_for("--completion-section", words);
   if (!section) return section.error();
-  if (*section) return std::optional(completion_section(**section, table.facts()));
+  if (*section) return std::optional(completion_section(**section, facts));
   return std::optional<std::string>();
 }
 

@@ -34,7 +34,8 @@ std::string program_completion_end(Shell shell, std::string_view program);
 /// nullopt: they ask for something else. invalid_argument: for none of ours.
 Result<std::optional<Shell>> shell_asked_for(std::string_view flag, const std::vector<std::string>& words);
 
-/// What the first of the words asks for of the above; nullopt: none. invalid_argument as above.
+/// What the first of the words asks for of the above; nullopt: none. invalid_argument as above, and for the
+/// whole of a program from one of its commands.
 Result<std::optional<std::string>> completion_asked_for(const OptionTable& table,
                                                         const std::vector<std::string>& words);
 

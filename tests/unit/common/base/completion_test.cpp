@@ -91,6 +91,9 @@ TEST(Completion, AnotherShellIsAnErrorThatNamesOurs) {
     EXPECT_EQ(outcome.error().message, "found \"tcsh\", expected bash, zsh or fish");
   }
   EXPECT_FALSE(Fixture().table.parse({"--completion"}).ok());
+  const auto of_a_command = Fixture("handloft-y serve").table.parse({"--completion=zsh"});
+  ASSERT_FALSE(of_a_command.ok());
+  EXPECT_EQ(of_a_command.error().message, "expected before the command: handloft-y --completion=zsh");
   // Only as the first word: elsewhere it is an option that there is not.
   EXPECT_FALSE(Fixture().table.parse({"--listen", "unix:y", "--completion-section=bash"}).ok());
 }
