@@ -262,6 +262,7 @@ std::string program_completion_begin(Shell shell, std::string_view program,
   switch (shell) {
     case Shell::bash: {
       std::vector<std::string> words;
+      words.reserve(commands.size() + in_place_of_a_command().size());
       for (const auto& [name, summary] : commands) words.push_back(name);
       words.insert(words.end(), in_place_of_a_command().begin(), in_place_of_a_command().end());
       return bash_begin(program) +

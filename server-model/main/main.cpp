@@ -20,7 +20,6 @@
 
 namespace {
 
-using handloft::model::ExitStatus;
 using Words = std::vector<std::string>;
 
 struct Command {
