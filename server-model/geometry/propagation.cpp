@@ -322,17 +322,43 @@ std::vector<std::uint32_t> task_roots(const PointTree& points) {
   return roots;
 }
 
-// Less than this is no neighbour but rounding.
-constexpr double least_weight = 1e-9;
+// The sums of eq. 5 at one point, a contact at a time.
+struct ExactSums {
+  Falloff falloff;
+  Vec3 sum = Vec3::Zero();
+  double weight = 0;
+
+  void add(double squared_distance, double squared_range, const Vec3& displacement) {
+    if (!(squared_distance < squared_range)) return;
+    const double eta = falloff_of_square(squared_distance / squared_range);
+    sum += (falloff == Falloff::literal ? eta : eta * eta) * displacement;
+    weight += falloff == Falloff::literal ? 1 : eta;
+  }
+  Vec3 mean() const { return weight > 0 ? Vec3(sum / weight) : Vec3::Zero(); }
+};
+
+// Where less than this remains of the weight at a contact, the error of its own share, 1 in all sums, is too
+// much to divide by it.
+constexpr double least_rest = 0.1;
 
 // The mean of the sums (v, weight) without the point's own contact, whose eta is 1.
-Vec3 mean(Quad sum, const Contact* own) {
+Vec3 mean(const Quad& sum, const Contact* own, std::size_t own_index, const Sources& sources,
+          const Kernel& kernel, const Vec3& point) {
+  Wide v = sum.v;
   if (own) {
-    sum.v -= Wide{own->displacement.x(), own->displacement.y(), own->displacement.z(), 1};
-    if (!(sum.v[3] > least_weight)) return Vec3::Zero();
+    v -= Wide{own->displacement.x(), own->displacement.y(), own->displacement.z(), 1};
+    if (!(v[3] > least_rest)) {
+      ExactSums exact{kernel.falloff};
+      sources.tree.near_segment(
+          point, point, (1 + doubt) * std::sqrt(kernel.squared_range), [&](std::uint32_t slot) {
+            if (sources.tree.index_of(slot) == own_index) return;
+            exact.add(squared_distance(sources.tree.points()[slot], point), kernel.squared_range,
+                      {sources.vx[slot], sources.vy[slot], sources.vz[slot]});
+          });
+      return exact.mean();
+    }
   }
-  if (!(sum.v[3] > 0)) return Vec3::Zero();
-  return Vec3(sum.v[0], sum.v[1], sum.v[2]) / sum.v[3];
+  return v[3] > 0 ? Vec3(Vec3(v[0], v[1], v[2]) / v[3]) : Vec3::Zero();
 }
 
 }  // namespace
@@ -346,17 +372,12 @@ std::vector<Vec3> propagate_all_pairs(std::span<const Vec3> rest, std::span<cons
   std::vector<Vec3> result(rest.size(), Vec3::Zero());
   if (!(squared_range_m2 > 0)) return result;
   for (std::size_t j = 0; j < rest.size(); ++j) {
-    Vec3 sum = Vec3::Zero();
-    double weight = 0;
+    ExactSums sums{falloff};
     for (const Contact& contact : contacts) {
-      if (contact.index == j) continue;
-      const double square = squared_distance(rest[contact.index], rest[j]);
-      if (!(square < squared_range_m2)) continue;
-      const double eta = falloff_of_square(square / squared_range_m2);
-      sum += (falloff == Falloff::literal ? eta : eta * eta) * contact.displacement;
-      weight += falloff == Falloff::literal ? 1 : eta;
+      if (contact.index != j)
+        sums.add(squared_distance(rest[contact.index], rest[j]), squared_range_m2, contact.displacement);
     }
-    if (weight > 0) result[j] = sum / weight;
+    result[j] = sums.mean();
   }
   return result;
 }
@@ -393,7 +414,9 @@ std::vector<Vec3> propagate(const PointTree& points, std::span<const Contact> co
                                  [](const Own& one, std::uint32_t slot) { return one.slot < slot; });
     for (auto slot = box.begin; slot < box.end; ++slot) {
       const Contact* contact = next != own.end() && next->slot == slot ? (next++)->contact : nullptr;
-      result[points.index_of(slot)] = mean(sums[slot - box.begin], contact);
+      const auto index = static_cast<std::size_t>(contact ? contact - contacts.data() : 0);
+      result[points.index_of(slot)] =
+          mean(sums[slot - box.begin], contact, index, sources, kernel, points.points()[slot]);
     }
   });
   return result;

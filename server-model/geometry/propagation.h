@@ -22,7 +22,9 @@
 // from all pairs by at most
 //     propagation_error_bound * max |v_i|
 // for both falloffs (for the smooth one grids are used only where eta > 0.013). The tests hold it to that;
-// 1e-8 is usual. Small problems are computed by all pairs, exactly.
+// 1e-8 is usual. A contact is not its own neighbour: it is taken out of its sums again, and where then less
+// than a tenth of a contact remains, which would magnify its error, the others in range are added up one by
+// one. Small problems are computed by all pairs, exactly.
 
 #include <cstddef>
 #include <cstdint>

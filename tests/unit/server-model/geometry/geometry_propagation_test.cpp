@@ -275,5 +275,32 @@ TEST(Propagation, CoincidentPointsAndAHugeRangeAreFinite) {
   }
 }
 
+// Of a contact's own share, 1, the fast way has an error; the mean of what is left beside it must not divide
+// by the little that a neighbour at the rim of the range counts.
+TEST(Propagation, A17_AContactWithNeighboursAtTheRimAloneIsExactToo) {
+  constexpr double range = 0.01;
+  std::mt19937_64 random(20261123);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<Vec3> rest;
+  std::vector<Contact> contacts;
+  for (int pair = 0; pair < 40; ++pair) {
+    const Vec3 first(3 * range * pair, 0, 0);
+    const double inside = std::pow(10.0, -1.0 - 0.2 * pair);  // Of the range: a tenth to a billionth.
+    for (const Vec3& p : {first, Vec3(first + Vec3(0, (1 - inside) * range, 0))}) {
+      contacts.push_back({static_cast<std::uint32_t>(rest.size()),
+                          0.5 * Vec3(unit(random), unit(random), unit(random)).normalized()});
+      rest.push_back(p);
+    }
+  }
+  for (int i = 0; i < 2000; ++i) rest.emplace_back(1.2 * std::abs(unit(random)), 0.02 * unit(random), 0);
+  ASSERT_GT(rest.size() * contacts.size(), all_pairs_limit);
+  for (const Falloff falloff : {Falloff::literal, Falloff::smooth}) {
+    const auto exact = propagate_all_pairs(rest, contacts, range * range, falloff);
+    const auto fast = propagate(PointTree(rest, propagation_leaf_size), contacts, range * range, falloff);
+    for (std::size_t i = 0; i < rest.size(); ++i)
+      ASSERT_LE((fast[i] - exact[i]).norm(), 0.5 * propagation_error_bound) << i;
+  }
+}
+
 }  // namespace
 }  // namespace handloft::geometry
