@@ -48,6 +48,10 @@ std::string replaced(std::string_view text, const std::vector<std::pair<char, st
   return out;
 }
 
+std::string spaced(const std::vector<std::string>& words) {
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
 /// As one word of bash or zsh.
 std::string quoted(std::string_view text) {
   return fmt::format("'{}'", replaced(text, {{'\'', "'\\''"}}));
@@ -97,11 +101,9 @@ std::string bash_words(const ProgramFacts& facts) {
     words.push_back(option.flag);
     if (!option.negation.empty()) words.push_back(option.negation);
     if (!option.choices.empty())
-      values += fmt::format(" {}) value={} ;;", option.flag,
-                            quoted(fmt::format("{}", fmt::join(option.choices, " "))));
+      values += fmt::format(" {}) value={} ;;", option.flag, quoted(spaced(option.choices)));
   }
-  return fmt::format("words={}; case $before in{} esac", quoted(fmt::format("{}", fmt::join(words, " "))),
-                     values);
+  return fmt::format("words={}; case $before in{} esac", quoted(spaced(words)), values);
 }
 
 std::string bash_end(std::string_view program) {
@@ -185,8 +187,7 @@ std::string fish_lines(const ProgramFacts& facts, std::string_view condition) {
     if (word.choices.empty()) {
       takes_files |= expected_of(word.flag) != Expected::word;
     } else {
-      out += fmt::format("{} -a {} -d {}\n", begin,
-                         quoted_for_fish(fmt::format("{}", fmt::join(word.choices, " "))),
+      out += fmt::format("{} -a {} -d {}\n", begin, quoted_for_fish(spaced(word.choices)),
                          quoted_for_fish(word.flag));
     }
   }
@@ -198,7 +199,7 @@ std::string fish_lines(const ProgramFacts& facts, std::string_view condition) {
     };
     std::string value;
     if (!option.choices.empty()) {
-      value = fmt::format(" -x -a {}", quoted_for_fish(fmt::format("{}", fmt::join(option.choices, " "))));
+      value = fmt::format(" -x -a {}", quoted_for_fish(spaced(option.choices)));
     } else if (!option.value.empty()) {
       const Expected expected = expected_of(option.value);
       value = expected == Expected::file     ? " -r -F"

@@ -1,7 +1,6 @@
 #include "common/base/manual.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>

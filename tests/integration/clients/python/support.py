@@ -14,6 +14,7 @@ from handloft import messages
 
 MODELD = os.environ["HANDLOFT_MODELD"]
 SOURCES = os.environ["HANDLOFT_SOURCES"]
+PROGRAMS = os.environ["HANDLOFT_PROGRAMS"].split(":")  # All that were built.
 PATIENCE = 30.0
 
 

@@ -20,9 +20,8 @@ from unittest import mock
 import handloft
 import handloft.connection
 from handloft import messages
-from support import MODELD, PATIENCE, SOURCES, FakeServer, Peer, ServerTest  # noqa: F401
+from support import MODELD, PATIENCE, PROGRAMS, SOURCES, FakeServer, Peer, ServerTest  # noqa: F401
 
-PROGRAMS = os.environ["HANDLOFT_PROGRAMS"].split(":")
 UNITS = os.environ["HANDLOFT_UNITS"].split(":")
 
 

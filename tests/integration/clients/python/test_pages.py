@@ -11,9 +11,7 @@ import tempfile
 import time
 import unittest
 
-from support import PATIENCE
-
-PROGRAMS = os.environ["HANDLOFT_PROGRAMS"].split(":")
+from support import PATIENCE, PROGRAMS
 
 
 class Terminal:
@@ -64,18 +62,16 @@ class Pages(unittest.TestCase):
         self.assertGreaterEqual(len(PROGRAMS), 1)
         for program in PROGRAMS:
             commands, flags = self.flags(program)
-            page, completion = self.say(program, "--man"), self.say(program, "--completion=bash")
-            for shell in ("zsh", "fish"):
-                words = self.say(program, "--completion=" + shell)
-                for flag in flags:
-                    self.assertRegex(words, (r"%s\b" if shell == "zsh" else r" -l %s\b") % flag[0 if shell == "zsh" else 2:], program)
+            page = self.say(program, "--man")
+            completion = {shell: self.say(program, "--completion=" + shell) for shell in ("bash", "zsh", "fish")}
             plain = page.replace("\\-", "-")
             for flag in flags:
                 self.assertIn(flag, plain, program)
-                self.assertRegex(completion, r"[ ']%s[ ']" % flag, program)
+                for shell, written in {"bash": r"[ ']--%s[ ']", "zsh": r"--%s\b", "fish": r" -l %s\b"}.items():
+                    self.assertRegex(completion[shell], written % flag[2:], program)
             for command in commands:
                 self.assertIn("\\fB%s\\fR" % command.replace("-", "\\-"), page)
-                self.assertIn("    %s) words=" % command, completion)
+                self.assertIn("    %s) words=" % command, completion["bash"])
 
     def test_man_reads_the_pages_without_a_warning(self):
         man = shutil.which("man")

@@ -1,5 +1,5 @@
 // Completion from the table of options: nothing of it can be forgotten (U7, issue 7 part 6). The shells
-// themselves read it in tests/integration/clients/python/test_operation.py.
+// themselves read it in tests/integration/clients/python/test_pages.py.
 
 #include "common/base/completion.h"
 
@@ -11,7 +11,6 @@ namespace handloft {
 namespace {
 
 using testing::HasSubstr;
-using testing::Not;
 
 struct Fixture {
   std::string listen = "unix:x", level = "info", page, folder, script;
