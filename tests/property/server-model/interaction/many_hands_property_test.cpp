@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/base/table_palette.h"
@@ -170,6 +171,28 @@ model::Document with_sheet() {
   return base.document();
 }
 
+/// Whoever made the newest step that stands takes it back: nobody has gone on from it.
+void take_back_the_newest(model::Model& model) {
+  const auto& entries = model.history().entries();
+  const auto newest =
+      std::find_if(entries.rbegin(), entries.rend(), [](const auto& entry) { return !entry.undone; });
+  const model::History::StepPtr step = newest->step;
+  // Who has taken back a switch may have left the alternative that others have worked in since. Their steps
+  // wait until somebody works there again; that switch is then the newest step.
+  const std::string& alternative = step->delta.alternative;
+  if (!alternative.empty() && alternative != model.document().present_alternative()) {
+    v1::Operation go_there;
+    go_there.set_client_id(source_count);
+    go_there.mutable_switch_alternative()->set_name(alternative);
+    RC_ASSERT(model.submit(go_there).ok());
+  }
+  v1::Operation undo;
+  undo.set_client_id(step->info.client_id);
+  undo.mutable_undo();
+  const auto undone = model.submit(undo);
+  if (!undone) RC_FAIL(undone.error().describe());
+}
+
 void check_any_acts(const model::Document& start) {
   const auto acts = any_acts();
   Table table(start);
@@ -183,17 +206,7 @@ void check_any_acts(const model::Document& start) {
   model::Model again(start);
   for (const v1::Operation& operation : table.done()) RC_ASSERT(again.submit(operation).ok());
   RC_ASSERT(model::document_hash(again.document()) == model::document_hash(table.model().document()));
-  while (table.model().history().undo_steps() > 0) {
-    // Whoever made the newest step that stands: nobody has gone on from it.
-    const auto& entries = table.model().history().entries();
-    const auto newest =
-        std::find_if(entries.rbegin(), entries.rend(), [](const auto& entry) { return !entry.undone; });
-    v1::Operation undo;
-    undo.set_client_id(newest->step->info.client_id);
-    undo.mutable_undo();
-    const auto undone = table.model().submit(undo);
-    if (!undone) RC_FAIL(undone.error().describe());
-  }
+  while (table.model().history().undo_steps() > 0) take_back_the_newest(table.model());
   // All but the ids, which stay used when several have worked.
   RC_ASSERT(model::difference(start, table.model().document()).empty());
 }

@@ -191,8 +191,14 @@ TEST_F(HistoryOfUsers, U1_ASwitchIsTakenBackAndKeepsWhatOthersDidMeanwhile) {
   must(by(ann, undo()));
   EXPECT_EQ(model_.document().present_alternative(), "wide");
   EXPECT_EQ(name("arm"), "gone");
+  EXPECT_NE(refused(by(bob, undo()))
+                .find("Ann has taken back a change of which alternative is worked on since (Switch to"),
+            std::string::npos)
+      << "it waits until somebody works there";
   must(by(ann, to("main")));
   EXPECT_EQ(name("arm"), "arm");
+  must(by(bob, undo()));
+  EXPECT_EQ(name("arm"), "gone");
 }
 
 TEST_F(HistoryOfUsers, U1_AnIdThatWasTakenMeanwhileIsNotTakenAgain) {
