@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "server-model/geometry/bernstein_field.h"
 #include "server-model/geometry/projector_data.h"
@@ -20,8 +21,8 @@ constexpr double distance_tolerance = 1e-12;
 constexpr double rounding = 32 * epsilon;
 constexpr double least_box = 0x1p-40;  ///< Of a piece: below, halving no longer separates anything.
 constexpr int newton_steps = 60;
-constexpr double settled = 1e-14;  ///< A step of Newton's method below this part of a piece is the last.
-constexpr double in_basin = 1e-6;  ///< Steps below this converge quadratically and need no check.
+constexpr double last_step = 1e-14;  ///< A step of Newton's method below this part of a piece is the last.
+constexpr double in_basin = 1e-6;    ///< Steps below this converge quadratically and need no check.
 
 struct Rectangle {
   Vec2 low = Vec2::Zero(), high = Vec2::Ones();
@@ -45,6 +46,16 @@ Vec2 least_in_box(double huu, double huv, double hvv, const Vec2& g, const Vec2&
     offer({std::clamp(-(g.x() + huv * v) / huu, low.x(), high.x()), v});
   }
   return best;
+}
+
+/// A symmetric matrix of the same directions whose bends are those of H without their signs, and `lift` at
+/// least: Newton's steps with it go downhill, as far as the bend says, at saddles and hilltops, too.
+void make_definite(double& huu, double& huv, double& hvv, double lift) {
+  const double mean = (huu + hvv) / 2, radius = std::hypot((huu - hvv) / 2, huv);
+  const double high = std::max(std::abs(mean + radius), lift), low = std::max(std::abs(mean - radius), lift);
+  const double part = radius > 0 ? (high - low) / (2 * radius) : 0;
+  const double rest = (high + low) / 2 - part * mean;
+  huu = rest + part * huu, huv *= part, hvv = rest + part * hvv;
 }
 
 class ClosestSearch {
@@ -152,7 +163,7 @@ class ClosestSearch {
       const std::size_t piece = pieces_.locate(uv, at.x(), at.y());
       if (data_.kinds[piece] == PieceKind::outside) return;
       const double before = best_;
-      const Vec2 end = minimise_on_piece(piece, {}, at);
+      const Vec2 end = minimise_on_piece(piece, {}, at).at;
       if (!(best_ < before)) return;
       // On a border: go on in the piece beyond it.
       const auto columns = static_cast<std::size_t>(pieces_.columns());
@@ -173,33 +184,30 @@ class ClosestSearch {
     const PieceBound& bound = pieces_.bound(piece);
     const Vec3 from_centre = place_ - bound.centre;
     if (bound.squared_distance(place_) >= limit_) return;
-    if (from_centre.norm() + bound.radius < bound.reach) {
-      minimise_on_piece(piece, {}, Vec2(0.5, 0.5));
-    } else {
-      search_piece(piece);
-    }
+    const bool convex = from_centre.norm() + bound.radius < bound.reach;
+    if (!convex || !minimise_on_piece(piece, {}, Vec2(0.5, 0.5)).settled) search_piece(piece);
   }
+
+  /// What Newton's method has found in a rectangle.
+  struct Minimum {
+    Vec2 at = Vec2::Zero();
+    bool settled = false;  ///< Nothing near it is nearer. Else the steps were spent on the way.
+  };
 
   /// The least squared distance over a rectangle by Newton's method from `start`, offered as an answer. Exact
   /// where the distance is convex; else a local minimum.
-  Vec2 minimise_on_piece(std::size_t piece, const Rectangle& box, const Vec2& start) {
-    Vec2 at = start;
+  Minimum minimise_on_piece(std::size_t piece, const Rectangle& box, const Vec2& start) {
+    Minimum found{start, false};
+    Vec2& at = found.at;
     PieceDerivatives d;
     pieces_.derivatives(piece, at.x(), at.y(), d);
     Vec3 r = d.s - place_;
     double value = r.squaredNorm();
-    for (int step = 0; step < newton_steps; ++step) {
-      const Vec2 g(r.dot(d.su), r.dot(d.sv));
-      const double guu = d.su.squaredNorm(), guv = d.su.dot(d.sv), gvv = d.sv.squaredNorm();
-      double huu = guu + r.dot(d.suu), huv = guv + r.dot(d.suv), hvv = gvv + r.dot(d.svv);
-      if (!(huu > 0 && hvv > 0 && huu * hvv - huv * huv > 1e-10 * huu * hvv)) {
-        const double lift = 1e-6 * (guu + gvv);
-        huu = guu + lift, huv = guv, hvv = gvv + lift;
-        if (!(lift > 0)) break;
-      }
-      const Vec2 move = least_in_box(huu, huv, hvv, g, box.low - at, box.high - at);
+    for (int step = 0; step < newton_steps && !found.settled; ++step) {
+      const Vec2 move = newton_step(d, r, box.low - at, box.high - at);
       const double length = move.cwiseAbs().maxCoeff();
-      if (!(length > settled)) break;
+      found.settled = !(length > last_step);
+      if (found.settled) break;
       double part = 1;
       bool nearer = false;
       for (int halving = 0; halving < 30 && !nearer; ++halving, part /= 2) {
@@ -211,10 +219,36 @@ class ClosestSearch {
         nearer = squared < value || (length < in_basin && halving == 0);
         if (nearer) at = next, d = e, r = away, value = squared;
       }
-      if (!nearer || length < 1e-9) break;
+      if (!nearer) break;
+      found.settled = length < 1e-9;
     }
     offer(piece, at, d.s, value);
-    return at;
+    return found;
+  }
+
+  /// Where the squared distance is least by its first and second derivatives, made convex, within low..high
+  /// around 0. `r`: from the place to the surface.
+  static Vec2 newton_step(const PieceDerivatives& d, const Vec3& r, const Vec2& low, const Vec2& high) {
+    const Vec2 g(r.dot(d.su), r.dot(d.sv));
+    const double guu = d.su.squaredNorm(), gvv = d.sv.squaredNorm();
+    double huu = guu + r.dot(d.suu), huv = d.su.dot(d.sv) + r.dot(d.suv), hvv = gvv + r.dot(d.svv);
+    const auto held = [&](int axis) { return g[axis] > 0 ? low[axis] >= 0 : g[axis] < 0 && high[axis] <= 0; };
+    Vec2 move = Vec2::Zero();
+    if (held(0) && held(1)) return move;
+    if (held(0) || held(1)) {
+      // Along a side of the box how it bends across says nothing.
+      const int along = held(0) ? 1 : 0;
+      const double metric = along == 0 ? guu : gvv, bend = std::abs(along == 0 ? huu : hvv);
+      const double h = bend > 1e-10 * metric ? bend : metric;
+      if (h > 0) move[along] = std::clamp(-g[along] / h, low[along], high[along]);
+      return move;
+    }
+    if (!(huu > 0 && hvv > 0 && huu * hvv - huv * huv > 1e-10 * huu * hvv)) {
+      const double lift = 1e-6 * (guu + gvv);
+      if (!(lift > 0)) return move;
+      make_definite(huu, huv, hvv, lift);
+    }
+    return least_in_box(huu, huv, hvv, g, low, high);
   }
 
   void look_at_edge(std::size_t edge) {
@@ -227,7 +261,7 @@ class ClosestSearch {
         [](const Rectangle&) { return false; });
   }
 
-  Vec2 minimise_on_edge(std::size_t number, const Rectangle& box) {
+  Minimum minimise_on_edge(std::size_t number, const Rectangle& box) {
     const TrimEdge& edge = data_.edges[number];
     const Vec2 along = edge.to - edge.from;
     double x = (box.low.x() + box.high.x()) / 2;
@@ -238,17 +272,18 @@ class ClosestSearch {
       return (d.s - place_).squaredNorm();
     };
     double value = squared_at(x);
-    for (int step = 0; step < newton_steps; ++step) {
+    bool found = false;
+    for (int step = 0; step < newton_steps && !found; ++step) {
       const Vec3 r = d.s - place_;
       const Vec3 c1 = along.x() * d.su + along.y() * d.sv;
       const Vec3 c2 =
           along.x() * along.x() * d.suu + 2 * along.x() * along.y() * d.suv + along.y() * along.y() * d.svv;
       const double g = r.dot(c1);
-      double h = c1.squaredNorm() + r.dot(c2);
+      double h = std::abs(c1.squaredNorm() + r.dot(c2));
       if (!(h > 1e-10 * c1.squaredNorm())) h = c1.squaredNorm();
-      if (!(h > 0)) break;
-      const double move = std::clamp(x - g / h, box.low.x(), box.high.x()) - x;
-      if (!(std::abs(move) > settled)) break;
+      const double move = h > 0 ? std::clamp(x - g / h, box.low.x(), box.high.x()) - x : 0;
+      found = !(std::abs(move) > last_step);
+      if (found) break;
       double part = 1;
       bool nearer = false;
       const PieceDerivatives before = d;
@@ -257,11 +292,14 @@ class ClosestSearch {
         nearer = squared < value || (std::abs(move) < in_basin && halving == 0);
         if (nearer) x += part * move, value = squared;
       }
-      if (!nearer) d = before;
-      if (!nearer || std::abs(move) < 1e-9) break;
+      if (!nearer) {
+        d = before;
+        break;
+      }
+      found = std::abs(move) < 1e-9;
     }
     take(edge.piece, at(x), d.s, value);
-    return {x, 0.5};
+    return {{x, 0.5}, found};
   }
 
   void search_piece(std::size_t piece) {
@@ -335,6 +373,28 @@ class ClosestSearch {
     }
   }
 
+  /// What holds over a box for the squared distance where it is less than the best so far; and whether it has
+  /// one minimum at all, since Newton's method may begin above the best. A rational distance is bounded
+  /// through n - c w for the values c that it may have and that matter: linear in c, so the ends of their
+  /// range decide.
+  std::pair<FieldShape, bool> shape_below_best(const Field& field, double low, int nu, int nv) {
+    const auto shape_at = [&](double level) {
+      at_level(field, level);
+      return shape_of(level_, nu, nv);
+    };
+    FieldShape below_best = shape_at(low);
+    bool one = below_best.one_minimum();
+    if (field.w == nullptr) return {below_best, one};
+    const double high = most(field);
+    if (one && best_ < high) {
+      FieldShape everywhere = below_best;
+      everywhere.meet(shape_at(high));
+      one = everywhere.one_minimum();
+    }
+    below_best.meet(shape_at(std::min(best_, high)));
+    return {below_best, one && below_best.one_minimum()};
+  }
+
   /// The least of the field's corners, which are values of the squared distance.
   static double least_corner(const Field& field, int nu, int nv) {
     const auto last_row = static_cast<std::size_t>(nu) * static_cast<std::size_t>(nv + 1);
@@ -344,8 +404,7 @@ class ClosestSearch {
   }
 
   /// Cuts the field at the bottom of the pool until every box is nearer nowhere, has one minimum, or the
-  /// budget is spent. `minimise(rectangle)` offers the least value that Newton's method finds, and returns
-  /// it.
+  /// budget is spent. `minimise(rectangle)` offers the least value that Newton's method finds.
   template <typename Minimise, typename Skip>
   void search_field(int nu, int nv, const Minimise& minimise, const Skip& skip) {
     struct Waiting {
@@ -371,14 +430,7 @@ class ClosestSearch {
         continue;
       }
       --boxes_left_;
-      // A rational distance is bounded through n - c w for the values c that it may have and that matter:
-      // linear in c, so the ends of their range decide.
-      at_level(field, low);
-      FieldShape here = shape_of(level_, nu, nv);
-      if (rational) {
-        at_level(field, std::min(best_, most(field)));
-        here.meet(shape_of(level_, nu, nv));
-      }
+      const auto [here, one] = shape_below_best(field, low, nu, nv);
       // It falls towards a side behind which the next box lies: nothing here is least.
       bool falls = false;
       for (int axis = 0; axis < 2; ++axis) {
@@ -386,16 +438,17 @@ class ClosestSearch {
         falls = falls || (slope > 0 && box.low[axis] > 0) || (slope < 0 && box.high[axis] < 1);
       }
       if (falls) continue;
-      const bool one = here.one_minimum();
       // Boxes that touch a valley (a cylinder seen from its axis) have no coefficient below it, those that
       // hold it do: the first cut goes through the minimum.
       Vec2 cut(0.5, 0.5);
+      bool over = false;
       if (one || first || least_corner(field, nu, nv) < best_) {
-        const Vec2 found = minimise(box);
-        if (first) cut = middling((found - box.low).cwiseQuotient(box.high - box.low));
+        const Minimum found = minimise(box);
+        if (first) cut = middling((found.at - box.low).cwiseQuotient(box.high - box.low));
+        over = one && found.settled;
       }
       first = false;
-      if (one || low >= limit_) continue;
+      if (over || low >= limit_) continue;
       split_field(own.data(), nu, nv, cut, halves.data());
       if (rational) split_field(own.data() + size, nu, nv, cut, halves.data() + children * size);
       push_children(box, cut, size, children, halves, stack);

@@ -200,6 +200,87 @@ TEST(BSplineProjection, SeedsNeverChangeTheAnswer) {
   }
 }
 
+/// Three surfaces that the property test has found, of few control points and with their weights.
+struct Found {
+  BSplineSurface surface;
+  Vec3 place;
+};
+
+Found ruled_loop() {
+  return {{KnotVector::uniform(1, 3).value(),
+           KnotVector::uniform_periodic(1, 2).value(),
+           {{0.34644126892089844, 0.62917327880859375, -1},
+            {-0.5997314453125, -0.18981361389160156, -1},
+            {-1, -1, -1},
+            {0.42739105224609375, -0.25506782531738281, -0.43813133239746094},
+            {0.78682327270507812, -0.30356788635253906, -1},
+            {0.33608627319335938, 0.40778350830078125, -1}},
+           {0.75208139419555664, 1.2040675163269043, 0.54247255325317378, 2.7139237403869627, 0.3, 0.3}},
+          {4.5366477966308594, 2.5119400024414062, -1.1923027038574219}};
+}
+
+Found creased_band() {
+  return {{KnotVector::uniform(4, 6).value(),
+           KnotVector::uniform(1, 2).value(),
+           {{-1, -1, -0.35419845581054688},
+            {-1, -1, -0.4855804443359375},
+            {-0.37681007385253906, 0.19583511352539062, 0.76951789855957031},
+            {-1, -1, -0.38738059997558594},
+            {-0.37469100952148438, 0.73258018493652344, -0.88978958129882812},
+            {0.60066604614257812, -1, -0.50032424926757812},
+            {-0.609130859375, -1, 0.80897712707519531},
+            {-0.52521514892578125, -0.60149383544921875, -0.36600303649902344},
+            {0.44203948974609375, -0.85241508483886719, -0.91298675537109375},
+            {-0.38801670074462891, -1.5, 0.34675025939941406},
+            {0.97125816345214844, -1, -0.41012954711914062},
+            {-0.67933845520019531, -0.48622512817382812, -0.20713996887207031}},
+           {0.3, 0.3, 0.54208889007568362, 0.3, 1.3926547050476075, 2.8185633659362792, 1.9753463745117188,
+            1.2341837882995605, 1.3272980690002443, 0.41817340850830076, 0.37520570755004884, 0.3}},
+          {-0.9658966064453125, -0.033565521240234375, -1.5102386474609375}};
+}
+
+Found steep_band() {
+  return {
+      {KnotVector::uniform(3, 6).value(),
+       KnotVector::uniform(1, 2).value(),
+       {{0.0032787322998046875, -0.9380035400390625, 0.62582015991210938},
+        {0.72506904602050781, 0.60131645202636719, 0.89910888671875},
+        {-0.066980361938476562, 0.79704856872558594, -0.42549514770507812},
+        {-0.00516510009765625, -0.57534027099609375, -0.69639015197753906},
+        {-0.56533908843994141, 0.72620582580566406, 0.24729251861572266},
+        {-0.41744804382324219, 0.56179046630859375, 0.5877838134765625},
+        {-1, -0.97771835327148438, 0.45556640625},
+        {-0.34852027893066406, -0.17710494995117188, -0.056348800659179688},
+        {-1, -1, -1},
+        {-1, -1, -0.74795341491699219},
+        {-1, -1, -0.68987846374511719},
+        {-1, -1, -1}},
+       {1.9155798912048341, 2.1560156822204593, 2.6439348220825196, 0.4771751403808594, 2.9253247261047362,
+        0.45787353515625001, 0.3, 1.3491514205932618, 0.3, 0.3, 2.5301078796386718, 0.3}},
+      {1.35150146484375, -1.1114006042480469, -1.3418693542480469}};
+}
+
+// The distance to a rational surface may have one minimum among what is nearer than the best so far, and
+// others above it, in which Newton's method ends.
+TEST(BSplineProjection, RationalSurfacesAreSearchedToTheEnd) {
+  const Found loop = ruled_loop();
+  const double nearest = by_looking_everywhere(loop.surface, loop.place);
+  EXPECT_NEAR(made(loop.surface).closest(loop.place)->distance_m, nearest, 1e-11);
+
+  const Found band = creased_band();
+  const SurfaceProjector projector = made(band.surface);
+  EXPECT_NEAR(projector.closest(band.place)->distance_m, by_looking_everywhere(band.surface, band.place),
+              1e-11);
+  EXPECT_NEAR(projector.closest(band.place, Vec2(0, 0))->distance_m,
+              projector.closest(band.place)->distance_m, 1e-11);
+}
+
+// Along a side behind which the surface would come nearer still, the squared distance bends down across it.
+TEST(BSplineProjection, ASideTowardsWhichTheDistanceFallsIsFollowedToTheEnd) {
+  const auto [surface, place] = steep_band();
+  EXPECT_NEAR(made(surface).closest(place)->distance_m, by_looking_everywhere(surface, place), 1e-11);
+}
+
 TEST(BSplineProjection, FarPlacesKeepTheirDigits) {
   const BSplineSurface surface = samples::wavy(30, 30);
   const SurfaceProjector projector = made(surface);
