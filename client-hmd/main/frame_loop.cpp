@@ -29,7 +29,7 @@ double film_depth_m(const HmdOptions& options) {
 Result<std::unique_ptr<FrameLoop>> FrameLoop::create(FrameLoopParts parts, Logger log) {
   Result<std::unique_ptr<Renderer>> renderer = Renderer::create();
   if (!renderer) return renderer.error();
-  std::unique_ptr<FrameLoop> loop(new FrameLoop(std::move(parts), std::move(log), std::move(*renderer)));
+  std::unique_ptr<FrameLoop> loop(new FrameLoop(parts, std::move(log), std::move(*renderer)));
   if (loop->wants_panels()) {
     if (const Status shown = loop->panels_.show(); !shown) return shown.error();
   }
@@ -39,7 +39,7 @@ Result<std::unique_ptr<FrameLoop>> FrameLoop::create(FrameLoopParts parts, Logge
 }
 
 FrameLoop::FrameLoop(FrameLoopParts parts, Logger log, std::unique_ptr<Renderer> renderer)
-    : parts_(std::move(parts)),
+    : parts_(parts),
       log_(std::move(log)),
       renderer_(std::move(renderer)),
       timing_(parts_.clock, parts_.options.display_latency),

@@ -66,7 +66,7 @@ http::response<http::string_body> answer(const http::request<http::empty_body>& 
 }  // namespace
 
 struct MetricsServer::Implementation : std::enable_shared_from_this<MetricsServer::Implementation> {
-  Implementation(asio::any_io_executor io, Listener taken, std::string its_program,
+  Implementation(const asio::any_io_executor& io, Listener taken, std::string its_program,
                  std::function<std::string()> asked, Logger logger, HealthChecks checks)
       : strand(asio::make_strand(io)),
         acceptor(strand, ::dup(taken.fd.get())),
@@ -155,15 +155,14 @@ MetricsServer::~MetricsServer() {
   stop();
 }
 
-Result<std::unique_ptr<MetricsServer>> MetricsServer::listen(asio::any_io_executor executor,
+Result<std::unique_ptr<MetricsServer>> MetricsServer::listen(const asio::any_io_executor& executor,
                                                              const Endpoint& endpoint, std::string program,
                                                              std::function<std::string()> text, Logger log,
                                                              HealthChecks health) {
   Result<Listener> listener = listen_on(endpoint);
   if (!listener) return listener.error();
-  auto implementation =
-      std::make_shared<Implementation>(std::move(executor), std::move(*listener), std::move(program),
-                                       std::move(text), std::move(log), std::move(health));
+  auto implementation = std::make_shared<Implementation>(executor, std::move(*listener), std::move(program),
+                                                         std::move(text), std::move(log), std::move(health));
   asio::co_spawn(
       implementation->strand,
       [implementation]() -> asio::awaitable<void> { co_await implementation->accept_all(); }, asio::detached);

@@ -24,7 +24,7 @@ class MetricsServer {
  public:
   /// `program`: its name, for the answers' heads. `text` is asked from the executor's threads. Errors: those
   /// of listen_on (TCP beyond loopback is refused).
-  static Result<std::unique_ptr<MetricsServer>> listen(boost::asio::any_io_executor executor,
+  static Result<std::unique_ptr<MetricsServer>> listen(const boost::asio::any_io_executor& executor,
                                                        const Endpoint& endpoint, std::string program,
                                                        std::function<std::string()> text, Logger log,
                                                        HealthChecks health = {});

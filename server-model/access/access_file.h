@@ -69,7 +69,7 @@ struct Invite {
   std::string user;  ///< 1 to 64 bytes without control characters; no "*".
   v1::Role role = v1::ROLE_UNSPECIFIED;
   std::string model{every_model};
-  Seconds valid_s = 15 * 60;  ///< 1 minute to 7 days.
+  Seconds valid_s = Seconds{15} * 60;  ///< 1 minute to 7 days.
 };
 
 struct PairedDevice {

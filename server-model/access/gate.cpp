@@ -20,9 +20,9 @@ namespace handloft::access {
 namespace {
 
 constexpr std::int64_t ns_per_s = 1'000'000'000;
-constexpr Seconds day_s = 24 * 60 * 60;
+constexpr Seconds day_s = Seconds{24} * 60 * 60;
 /// The server's own certificate is made anew at every start.
-constexpr Seconds server_certificate_s = 2 * 365 * day_s;
+constexpr Seconds server_certificate_s = Seconds{2} * 365 * day_s;
 constexpr std::uint32_t root = 0;
 
 std::string login_name(std::uint32_t uid) {
@@ -314,17 +314,18 @@ void Gate::pair(const v1::Pair& request, const std::string& address, PairingDone
     return;
   }
   const std::int64_t now = implementation_->options.now_ns();
-  implementation_->writer->pair(request, address, now, [this, address, done](Result<v1::Paired> outcome) {
-    if (!outcome) {
-      AuditEvent event{AuditKind::refusal};
-      event.address = address;
-      event.detail = "pairing: " + outcome.error().describe();
-      implementation_->write(std::move(event), "stranger " + address, AuditThrottle::Who::stranger);
-    } else {
-      implementation_->read_again();  // The device may come back at once.
-    }
-    done(std::move(outcome));
-  });
+  implementation_->writer->pair(
+      request, address, now, [this, address, done = std::move(done)](Result<v1::Paired> outcome) {
+        if (!outcome) {
+          AuditEvent event{AuditKind::refusal};
+          event.address = address;
+          event.detail = "pairing: " + outcome.error().describe();
+          implementation_->write(std::move(event), "stranger " + address, AuditThrottle::Who::stranger);
+        } else {
+          implementation_->read_again();  // The device may come back at once.
+        }
+        done(std::move(outcome));
+      });
 }
 
 bool Gate::poll() {
