@@ -93,7 +93,7 @@ RC_GTEST_PROP(SculptProperty, D20_OrderOfRowsDoesNotMatter, ()) {
   // many times farther: then more rows than those that contradict may count as missed.
   constexpr double thrown_away = 100;
   RC_ASSERT(other->conflicts.size() == solution->conflicts.size() || farthest > thrown_away);
-  RC_ASSERT(largest_difference(other->control, solution->control) <= 1e-7 * farthest * farthest);
+  RC_ASSERT(largest_difference(other->control, solution->control) <= 1e-9 * farthest * farthest);
 }
 
 }  // namespace
